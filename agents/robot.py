@@ -25,10 +25,11 @@ from agents.events import (
 )
 from agents.membership.membership import Membership
 from agents.membership.states import State
+from agents.strand.member import Member
 from protocol.fence import Fence, Life
 from protocol.mission import Mission
 from protocol.wire.link import Link
-from protocol.wire.messages import AheadState, BehindState
+from protocol.wire.messages import AheadState, BehindState, Drive, Odometry
 
 
 class Robot:
@@ -69,6 +70,21 @@ class Robot:
         """How far the view has come that it coordinates; None: it coordinates none."""
         coordinator = self._membership.coordinator
         return None if coordinator is None else coordinator.phase
+
+    @property
+    def member(self) -> Member | None:
+        """Its part in the strand; None: it has none."""
+        return self._membership.member
+
+    @property
+    def odometry(self) -> Odometry | None:
+        """The newest odometry; None: it has had none."""
+        return self._driver.odometry if self.awake else None
+
+    @property
+    def order(self) -> Drive:
+        """The newest order to its body."""
+        return self._driver.drive
 
     @property
     def links(self) -> Sequence[Link[AheadState] | Link[BehindState]]:

@@ -63,20 +63,8 @@ __all__ = [
     "slow",
 ]
 
-_FAULTS = (
-    "corrupt",
-    "delay",
-    "drop",
-    "duplicate",
-    "freeze",
-    "kill",
-    "partition",
-    "reorder",
-    "restart",
-    "slow",
-)
 _PLACES = {
-    **{name: ("clew.api.faults", name) for name in _FAULTS},
+    **{name: ("clew.api.faults", name) for name in __all__},
     "Entry": ("clew.api.entries", "Entry"),
     "Fleet": ("clew.api.fleet", "Fleet"),
     "Law": ("agents.navigation.law", "Law"),
@@ -91,7 +79,7 @@ _PLACES = {
     "register_law": ("agents.navigation.law", "register_law"),
     "rehearse": ("clew.api.rehearsed", "rehearse"),
 }
-"""Where each name is."""
+"""Where each name is: a fault, if nothing else is said of it."""
 
 
 if not TYPE_CHECKING:

@@ -7,59 +7,41 @@ import contextlib
 import errno
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import click
 
-from clew.manual.parts import SCHEMAS, schema_line
-from clew.verbs.bench import bench
-from clew.verbs.bench_busy import busy
-from clew.verbs.bench_forming import forming_
-from clew.verbs.bench_healing import healing
-from clew.verbs.bench_loss import loss
-from clew.verbs.campaign import campaign
-from clew.verbs.chaos import chaos
-from clew.verbs.explore import explore_verb
-from clew.verbs.fault import fault
-from clew.verbs.field import field
-from clew.verbs.figures import figures
-from clew.verbs.judge import judge_verb
-from clew.verbs.log import log
-from clew.verbs.log_cat import cat
-from clew.verbs.log_diff import diff
-from clew.verbs.log_export import export
-from clew.verbs.mutants import mutants
-from clew.verbs.options import VERSION, Word
-from clew.verbs.rehearse import rehearse
-from clew.verbs.replay import replay
-from clew.verbs.report import report
-from clew.verbs.shrink import shrink_verb
-from clew.verbs.view import view
+from clew.verbs.group import Late, LateGroup, examples
+from clew.verbs.options import VERSION
 from protocol.asked import AskedToEnd
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.plain import plain
 from world.record.recorder import RecordingFailedError
 
-
-@click.command()
-@click.argument("what", type=Word(list(SCHEMAS)), default="scenario")
-def schema(what: str) -> None:
-    """Print the JSON Schema of scenario files or of fault plans, for editors."""
-    click.echo(schema_line(what), nl=False)
-
-
-SECTIONS = {
-    "A run": (rehearse, fault, view, report, log, judge_verb, replay, figures, schema),
-    "Proving ground (many runs, mutants, benchmarks)": (
-        campaign,
-        shrink_verb,
-        chaos,
-        mutants,
-        explore_verb,
-        bench,
-        field,
-    ),
+SECTIONS: Mapping[str, Mapping[str, Late]] = {
+    "A run": {
+        "run": Late("run:run", "Run a fleet as real processes."),
+        "rehearse": Late("rehearse:rehearse", "Run a whole fleet in one process, in virtual time."),
+        "ls": Late("ls:ls", "List runs with verdict, size and age; delete them."),
+        "fault": Late("fault:fault", "Inject a fault into a running fleet; stop it."),
+        "view": Late("view:view", "Serve the page of a run to browsers."),
+        "report": Late("report:report", "Write one HTML file that shows a run."),
+        "log": Late("log:log", "Read, check, compare and export timelines."),
+        "judge": Late("judge:judge_verb", "Judge a run a second time, by true poses."),
+        "replay": Late("replay:replay", "Decide again from recorded inputs, and compare."),
+        "figures": Late("figures:figures", "Draw figures of a run or campaign, for print."),
+        "schema": Late("schema:schema", "Print the JSON Schema of our files, for editors."),
+    },
+    "Proving ground (many runs, mutants, benchmarks)": {
+        "campaign": Late("campaign:campaign", "Rehearse many scenes with many seeds."),
+        "shrink": Late("shrink:shrink_verb", "Cut a failed run's fault plan to what matters."),
+        "chaos": Late("chaos:chaos", "Run live fleets under drawn faults."),
+        "mutants": Late("mutants:mutants", "Check that planted bugs are caught."),
+        "explore": Late("explore:explore_verb", "Try every schedule with few faults."),
+        "bench": Late("bench:bench", "Measure how long things take on this machine."),
+        "field": Late("field:field", "Print or write random worlds as scenes."),
+    },
 }
 
 
@@ -79,7 +61,7 @@ def _one_line() -> Iterator[None]:
         raise _Refusal(plain(error.format_message()) + help_is) from error
 
 
-class _Verbs(click.Group):
+class _Verbs(LateGroup):
     def make_context(
         self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: object
     ) -> click.Context:
@@ -89,7 +71,7 @@ class _Verbs(click.Group):
     def format_commands(self, _ctx: click.Context, formatter: click.HelpFormatter) -> None:
         for title, verbs in SECTIONS.items():
             with formatter.section(title):
-                formatter.write_dl([(str(verb.name), verb.get_short_help_str(limit=100)) for verb in verbs])
+                formatter.write_dl([(name, verb.about) for name, verb in verbs.items()])
 
     def invoke(self, ctx: click.Context) -> object:
         try:
@@ -111,21 +93,15 @@ class _Verbs(click.Group):
             raise click.ClickException(f"cannot write: {error.strerror}") from error
 
 
-@click.group(cls=_Verbs, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    cls=_Verbs,
+    late={name: verb for verbs in SECTIONS.values() for name, verb in verbs.items()},
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog=examples(()),
+)
 @VERSION
 def main() -> None:
-    """Rehearse fleets of robots, and read and judge their runs.
-
-    To start a live fleet, use launch/fleet.sh.
-    """
-
-
-for _verb in (verb for verbs in SECTIONS.values() for verb in verbs):
-    main.add_command(_verb)
-for _verb in (cat, diff, export):
-    log.add_command(_verb)
-for _verb in (busy, forming_, healing, loss):
-    bench.add_command(_verb)
+    """Run and rehearse fleets of robots, and read and judge their runs."""
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs a fleet as real processes: a router, a world and the robots. `launch/fleet.sh --help` lists the options.
 #
-# Rule 1: this script finds Python and sets up. `clew/fleet` takes its place, so that a signal for the one reaches
+# Rule 1: this script finds Python and sets up. `clew run` takes its place, so that a signal for the one reaches
 #         the other: it starts the parts, supervises them, and exits with the run's code (docs/run.md).
 set -uo pipefail
 # If a caller has closed one of these, the first file that is opened would take its number.
@@ -12,4 +12,4 @@ done
 source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/setup.sh"
 
 set_up run
-exec "$python" -m clew.fleet "$@"
+exec "$python" -m clew.cli run "$@"

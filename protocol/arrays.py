@@ -20,6 +20,11 @@ def scan_bearings_rad(directions: int) -> Floats:
     return np.asarray(-np.pi + 2.0 * np.pi * np.arange(directions) / directions)
 
 
+def unit_vectors(bearings_rad: Floats) -> Floats:
+    """The vectors (..., 2) of length 1 in these directions."""
+    return np.stack([np.cos(bearings_rad), np.sin(bearings_rad)], axis=-1)
+
+
 def nearest_on_segments(points: Floats, starts: Floats, ends: Floats) -> Floats:
     """The nearest point (..., 2) of each segment to each point, broadcast; a segment may have no length."""
     along = ends - starts

@@ -30,6 +30,8 @@ class Settings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Decides all random draws."""
     speed: Annotated[float, Meta(gt=0.0, le=SPEED_MAX)] | None = None
     """Simulated seconds per second; None: as fast as the robots answer."""
+    held: bool = False
+    """Whether in lock-step simulated time goes on only as far as it is asked to (`GoRequest`)."""
 
 
 def texts(settings: Settings, plan: Plan) -> dict[str, str]:

@@ -34,6 +34,7 @@ def main() -> int:
             out=arguments.run,
             seed=settings.seed,
             speed=settings.speed,
+            held=settings.held,
             lifeline=STDIN if arguments.lifeline else None,
             plan=read_plan(arguments.run),
             private=arguments.session.parent,

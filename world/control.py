@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import os
 from collections.abc import AsyncIterator, Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, assert_never
 
@@ -18,6 +19,7 @@ from protocol.faults.manual_faults import (
     Answer,
     EndRequest,
     FaultRequest,
+    GoRequest,
     HaltRequest,
     Request,
 )
@@ -27,6 +29,9 @@ from protocol.files.writing import write_whole
 Add = Callable[[Rule, float | None], str]
 """Applies a rule for a time; returns its name, or raises `UsageError`."""
 
+
+Go = Callable[[float], str]
+"""Lets a held run go on for so long; returns its time, or raises `UsageError`."""
 
 End = Callable[[str], None]
 """Ends the rule with this name, or raises `UsageError`."""
@@ -40,14 +45,24 @@ class Halt(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True)
+class Serves:
+    """What serves each kind of request."""
+
+    add: Add
+    end: End
+    halt: Halt
+    go: Go
+
+
 @contextlib.asynccontextmanager
-async def heard(private: Path, folder: Path, add: Add, end: End, halt: Halt) -> AsyncIterator[None]:
+async def heard(private: Path, folder: Path, serves: Serves) -> AsyncIterator[None]:
     """Accept requests while the context is open; a file in the run's folder names the socket."""
     where, path = folder / WHERE_FILE, private / SOCKET
     path.unlink(missing_ok=True)
     try:
         server = await asyncio.start_unix_server(
-            lambda reader, writer: _serve(reader, writer, add, end, halt), path, limit=LINE_BYTES_MAX
+            lambda reader, writer: _serve(reader, writer, serves), path, limit=LINE_BYTES_MAX
         )
     except OSError:  # the path is too long: the run continues without manual faults
         yield
@@ -61,14 +76,12 @@ async def heard(private: Path, folder: Path, add: Add, end: End, halt: Halt) -> 
         path.unlink(missing_ok=True)
 
 
-async def _serve(
-    reader: asyncio.StreamReader, writer: asyncio.StreamWriter, add: Add, end: End, halt: Halt
-) -> None:
+async def _serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, serves: Serves) -> None:
     with contextlib.suppress(OSError):  # the client may have ended
         try:
             async with asyncio.timeout(ANSWER_S_MAX):
                 said = msgspec.json.decode(await reader.readline(), type=Request)
-            answer = Answer(name=_done(said, add, end, halt))
+            answer = Answer(name=_done(said, serves))
         except (UsageError, TimeoutError, ValueError) as error:  # msgspec's are ValueErrors
             answer = Answer(error=str(error))
         writer.write(msgspec.json.encode(answer) + b"\n")
@@ -77,14 +90,16 @@ async def _serve(
         await writer.wait_closed()
 
 
-def _done(said: Request, add: Add, end: End, halt: Halt) -> str:
+def _done(said: Request, serves: Serves) -> str:
     match said:
         case FaultRequest(rule=rule, for_s=for_s):
-            return add(rule, for_s)
+            return serves.add(rule, for_s)
         case EndRequest(name=name):
-            end(name)
+            serves.end(name)
             return name
         case HaltRequest(stop=stop):
-            return halt(stop=stop)
+            return serves.halt(stop=stop)
+        case GoRequest(for_s=for_s):
+            return serves.go(for_s)
         case _:
             assert_never(said)

@@ -6,9 +6,12 @@ Rule 2: no tick is due while the world waits for robots that are late (`world.an
         was asked for is an upper bound. Odometry is sent again every `REPEAT_S`: it may be lost.
 Rule 3: in lock-step the world ticks at once, unless answers of robots are missing. It waits `PATIENCE_S` for
         them at most. Odometry is state, so it is sent again to such a robot: a message may be lost.
-Rule 4: when the run is over robots do not answer, and the world ticks in real time.
+Rule 4: a held run ticks in lock-step as far as it was asked to go, so that it never runs ahead of a test that
+        has no processor time. It is released when nobody has asked for `HELD_S_MAX`: the test may be dead.
+Rule 5: when the run is over robots do not answer, and the world ticks in real time.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -18,6 +21,8 @@ from world.core import World
 PATIENCE_S = 1.0  # docs/run.md
 GLANCE_S = 0.1  # wall: the longest delay in noticing a signal or a deadline
 REMIND_S = 0.05  # wall: far longer than an answer takes if no message is lost
+HELD_S_MAX = 60.0  # wall: a test on a loaded machine was seen to pause for some seconds
+HELD_GLANCE_S = 0.01  # wall: a held run is asked every 0.02 s
 REPEAT_S = 0.5  # wall: a machine that is late already is not to be given more work
 
 
@@ -28,6 +33,9 @@ class Pace:
     speed: float | None
     is_excused: Callable[[int], bool] = lambda _: False
     """Whether a fault holds a robot up: no tick waits for that."""
+    held_at_s: float = math.inf
+    """The simulated time beyond which a held run does not go (rule 4)."""
+    _asked_wall_s: float | None = None
     _due_wall_s: float | None = None
     _told_wall_s: float = 0.0
     _ran_s: float = 0.0
@@ -44,10 +52,24 @@ class Pace:
             self._due_wall_s = wall_s + (PATIENCE_S if self._in_lock_step(world) else 0.0)
         left_s = max(self._due_wall_s - wall_s, 0.0)
         if self._in_lock_step(world):
+            if self._holds(world, wall_s):
+                return HELD_GLANCE_S
             return min(left_s, REMIND_S) if world.awaited else 0.0
         if left_s > 0.0:
             return min(left_s, GLANCE_S)
         return GLANCE_S if world.held_up(self.is_excused, wall_s=wall_s) else 0.0
+
+    def go(self, until_s: float, *, wall_s: float) -> None:
+        """A held run may go on until this simulated time."""
+        self.held_at_s, self._asked_wall_s = until_s, wall_s
+
+    def _holds(self, world: World, wall_s: float) -> bool:
+        """Whether the run waits to be asked to go on (rule 4)."""
+        if world.now_s < self.held_at_s:
+            return False
+        if self._asked_wall_s is None:
+            self._asked_wall_s = wall_s
+        return wall_s - self._asked_wall_s <= HELD_S_MAX
 
     def take_reminder(self, world: World, *, wall_s: float) -> set[int]:
         """The robots to which odometry is to be sent again; naming them restarts the period."""

@@ -9,6 +9,7 @@ Rule 3: the timeline is read back as it is written. The world judges what stands
 import asyncio
 import contextlib
 import logging
+import math
 import secrets
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -34,7 +35,7 @@ from protocol.wire.messages import Drive, LogBatch, Logged, Message, Phase, Scan
 from world.bodies.arena import ODOMETRY_TICKS
 from world.closing import Circumstances, verdict_of
 from world.commands import Command, Note, ServeScan, TellOdometry
-from world.control import heard
+from world.control import Serves, heard
 from world.core import World
 from world.events import (
     EntryRead,
@@ -74,6 +75,7 @@ class Request:
     out: Path
     seed: int
     speed: float | None
+    held: bool = False
     lifeline: int | None
     plan: Plan = NO_FAULTS
     private: Path
@@ -115,7 +117,8 @@ async def _run(request: Request) -> Verdict:
         begun.touch()
         with contextlib.closing(Readback(request.out, file)) as readback:
             life = _Life(request, transport, recorder, readback, past)
-            async with heard(request.private, request.out, life.add_fault, life.end_fault, life.halt):
+            serves = Serves(life.add_fault, life.end_fault, life.halt, life.go)
+            async with heard(request.private, request.out, serves):
                 verdict = await life.run(ending, header.started_at)
     save_verdict(verdict, request.out)
     return verdict
@@ -159,7 +162,7 @@ class _Life:
         self._started_wall_s = self._over_wall_s = time.monotonic()
         self._past = past
         self._world = World(request.scenario, seed=request.seed, wall_s=self._started_wall_s, past=past)
-        self._pace = Pace(request.speed, self._is_held_up)
+        self._pace = Pace(request.speed, self._is_held_up, 0.0 if request.held else math.inf)
 
     async def run(self, ending: asyncio.Future[ExitCode], started_at: str) -> Verdict:
         """Run until the world has judged the run."""
@@ -248,6 +251,16 @@ class _Life:
         if (fence := self._world.arena.fence) == before:
             raise UsageError("the fleet is stopped already" if stop else "the fleet is not stopped")
         return f"{fence.may}, epoch {fence.epoch.number}"
+
+    def go(self, for_s: float) -> str:
+        """Let a held run go on for so long from now; returns its time.
+
+        Raises:
+            UsageError: the run is not active.
+        """
+        self._check_running()
+        self._pace.go(self._world.now_s + for_s, wall_s=time.monotonic())
+        return f"{self._world.now_s:.3f}"
 
     def _check_running(self) -> None:
         if not self._world.started or self._world.phase is not Phase.RUNNING:

@@ -84,11 +84,6 @@ class Coordinator:
         return self._telling.plan
 
     @property
-    def reported(self) -> frozenset[int]:
-        """Whose reports count."""
-        return frozenset(self._reports)
-
-    @property
     def stranded(self) -> frozenset[int]:
         """Who has reported, and found no way to a place in the formation."""
         return frozenset() if self.plan is None else frozenset(self._reports) - set(self.plan.order)

@@ -1,7 +1,7 @@
 """What robots have told the coordinator of a view, and whom it has to answer. Pure.
 
 Rule 1: a report of an older life comes late and changes nothing. Any other report is answered, also one that
-        does not count: the robot learns that it is left out.
+        does not count: the robot goes on reporting, and counts in this view when suspicion lets it.
 Rule 2: once the formation is made no report counts any more; nor does one of a robot that suspicion leaves
         out for now.
 """

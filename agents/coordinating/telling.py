@@ -106,7 +106,7 @@ class Telling:
             life=report.life,
             heard=report.number,
             after_turn=self._turns.put_for(robot),
-            out=self.plan is not None or robot not in counted,
+            out=self.plan is not None,
             stranded=self.plan is not None and robot in counted,
             question=self._questions.pending(robot),
             join=join if has_turn else None,

@@ -36,7 +36,7 @@ from agents.navigation.step import (
     refused_at,
 )
 from agents.navigation.sure import CLOSER, closer
-from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart
+from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart, unit_vectors
 from protocol.frames import Point, wrap
 from protocol.mission import CERTIFIED, Mission
 from protocol.sweep import TOUCHING_M
@@ -141,7 +141,7 @@ class Joining:
         headings = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
         free_m = np.minimum(certified_lengths_m(view.position, headings, walls), self._mission.leg_m_max)
         lengths = free_m[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS
-        directions = np.stack([np.cos(headings), np.sin(headings)], axis=1)
+        directions = unit_vectors(headings)
         ends = view.position + lengths[:, :, None] * directions[:, None, :]
         hits = view.without(on_discs(view.points, robots, within_m=self._mission.hull_reach_m)).hit_points
         off_m = np.hypot(*np.moveaxis(ends[:, :, None] - hits, -1, 0)).min(axis=2, initial=np.inf)
@@ -184,7 +184,7 @@ class Joining:
         least_m = max(mission.robot_keep_m, mission.robot_radius_m + mission.obstacle_keep_m) + SLACK_M
         lengths = np.linspace(least_m, max(least_m, mission.leg_m_max - SLACK_M), LENGTHS)
         bearings = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
-        around = np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
+        around = unit_vectors(bearings)
         places = (ahead + lengths[:, None, None] * around).reshape(-1, 2)
         places = places[stands.admit(places, mission.robot_keep_m + SLACK_M)]
         near = self._hits[np.hypot(*(self._hits - ahead).T) < lengths[-1] + mission.obstacle_keep_m + 1.0]
@@ -202,7 +202,7 @@ class Joining:
         """Points that keep the way as far from robots (n, 2) as the certificate will."""
         mission = self._mission
         turns = 2.0 * np.pi * np.arange(HULL_CORNERS) / HULL_CORNERS
-        outline = np.stack([np.cos(turns), np.sin(turns)], axis=1)
+        outline = unit_vectors(turns)
         radius_m = max(mission.robot_radius_m, mission.robot_keep_m - mission.obstacle_keep_m)
         return np.asarray((robots[:, None] + radius_m * outline).reshape(-1, 2))
 

@@ -58,7 +58,6 @@ class Membership:
         self.coordinator: Coordinator | None = None
         self._fence = Fence()
         self._again = again
-        self._has_begun = False
         self._reporter: Reporter | None = None
         self._joining: Joining | None = None
         self._taker: TurnTaker | None = None
@@ -76,8 +75,7 @@ class Membership:
     def enter(self, now_s: float) -> list[Command]:
         """New odometry has come: take in the fence that it tells."""
         self.suspicion.live(now_s)  # from the first odometry on
-        if not self._has_begun:
-            self._has_begun = True
+        if self._pleading.since_s is None:
             self._pleading.begin(now_s)
             odometry = self._driver.odometry
             if self._again or odometry.ordered > 0 or odometry.t_s > LATE_S:

@@ -28,16 +28,17 @@ class Pleading:
     timing: Timing
     again: bool
     """Whether its process follows a dead one."""
-    _since_s: float | None = None
+    since_s: float | None = None
+    """When its first odometry came."""
     _said_at_s: float = -float("inf")
 
     def begin(self, now_s: float) -> None:
         """It has its first odometry."""
-        self._since_s = now_s
+        self.since_s = now_s
 
     def act(self, fence: Fence, now_s: float, *, stranded: bool) -> list[Command]:
         """Ask to be let in, if it is time."""
-        early = self.again and now_s - (self._since_s or 0.0) < self.timing.first_plea_s
+        early = self.again and now_s - (self.since_s or 0.0) < self.timing.first_plea_s
         if fence.may is not May.ALL or early or fence.robot == self.robot:
             return []
         if not is_due(last_s=self._said_at_s, every_s=self.timing.plea_s, now_s=now_s):

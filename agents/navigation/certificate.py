@@ -15,7 +15,7 @@ import numpy as np
 
 from agents.navigation.scan import View
 from agents.navigation.sure import sure
-from protocol.arrays import Flags, Floats, distances_to_segments, nearest_on_segments
+from protocol.arrays import Flags, Floats, distances_to_segments, nearest_on_segments, unit_vectors
 from protocol.mission import Bounds, Mission
 from protocol.sweep import travel_m
 
@@ -75,7 +75,7 @@ def bounds_walls(bounds: Bounds, mission: Mission) -> Walls:
 
 def certified_lengths_m(origin: Floats, headings_rad: Floats, walls: Walls) -> Floats:
     """The longest certified step in each heading (h,) [m], for all headings against all edges at once."""
-    headings = np.stack([np.cos(headings_rad), np.sin(headings_rad)], axis=1)
+    headings = unit_vectors(headings_rad)
     return travel_m(origin, headings, walls.starts, walls.ends, walls.keep_m)
 
 
@@ -111,5 +111,5 @@ def _behind_hulls(view: View, robots: Flags, mission: Mission) -> tuple[Floats, 
     ranges_m = np.maximum(view.ranges_m[robots] - mission.range_error_m_max, 0.0)
     ranges_m += math.sqrt(kept_m**2 - radius_m**2)
     bearings_rad = view.bearings_rad[robots]
-    rays = np.stack([np.cos(bearings_rad), np.sin(bearings_rad)], axis=1)
+    rays = unit_vectors(bearings_rad)
     return view.position + ranges_m[:, None] * rays, ranges_m * np.pi / len(view.ranges_m)

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from protocol.arrays import Flags, Floats, distances_to_segments, scan_bearings_rad
+from protocol.arrays import Flags, Floats, distances_to_segments, scan_bearings_rad, unit_vectors
 from protocol.wire.messages import Scan
 
 
@@ -36,8 +36,7 @@ class View:
     @cached_property
     def points(self) -> Floats:
         """The boundary of what was seen (n, 2): hits, and points at the range limit."""
-        directions = np.stack([np.cos(self.bearings_rad), np.sin(self.bearings_rad)], axis=1)
-        points = np.asarray(self.position + self.ranges_m[:, None] * directions)
+        points = np.asarray(self.position + self.ranges_m[:, None] * unit_vectors(self.bearings_rad))
         fix(points)
         return points
 

@@ -10,7 +10,7 @@ from agents.navigation.gaps import Gap, find_gaps, is_passable
 from agents.navigation.guidance import CostToGo
 from agents.navigation.obstacles import Obstacle, find_obstacles, passable_width_m
 from agents.navigation.scan import View
-from protocol.arrays import Floats
+from protocol.arrays import Floats, unit_vectors
 from protocol.frames import wrap
 from protocol.mission import Mission
 
@@ -195,5 +195,5 @@ def _certified(view: View, walls: Walls, preferred_rad: Floats) -> tuple[Floats,
 
 def _ends(origin: Floats, headings_rad: Floats, lengths_m: Floats) -> Floats:
     """End points (h, k, 2) of steps with these lengths (h, k) in each heading."""
-    directions = np.stack([np.cos(headings_rad), np.sin(headings_rad)], axis=1)
+    directions = unit_vectors(headings_rad)
     return np.asarray(origin + lengths_m[:, :, None] * directions[:, None, :])

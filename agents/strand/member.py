@@ -145,6 +145,21 @@ class Member:
         return min(self._driver.progress_m, self.path.end_m)
 
     @property
+    def authority_m(self) -> float:
+        """How far along the path it may drive."""
+        return self._strand.authority_m
+
+    @property
+    def granted_m(self) -> float:
+        """How far along the path the robot behind may drive."""
+        return self._strand.grants.granted_m
+
+    @property
+    def holds(self) -> bool:
+        """Whether it waits for the robot behind (rule 3)."""
+        return self._held
+
+    @property
     def has_moved(self) -> bool:
         """Whether it may have left its place in the formation."""
         return self._driver.was_sent

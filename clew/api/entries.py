@@ -10,7 +10,6 @@ from protocol.plain import plain
 from protocol.timeline import Entry as Written
 from protocol.timeline import Record
 from protocol.timeline.sentences import sentence
-from world.record.lines import Line
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +45,3 @@ class Entry:
 
     def __str__(self) -> str:
         return plain(f"t={self.t_s:.3f} s {self.source}: {sentence(self.source, self.record)}")
-
-
-def entry_of(line: Line) -> Entry:
-    """The entry of a line."""
-    return Entry(*line)

@@ -1,8 +1,9 @@
 """What a failing test says of its fleet: what broke first, its seed, the faults that matter, the replay.
 
-Rule 1: a rehearsed test is played again with fewer faults, as long as it fails at the same line with the same
-        exception. So the plan that is left holds the faults that matter to the test, whatever it claims.
-Rule 2: a live run is not played again: another one would differ.
+Rule 1: a test is played again in rehearsals with fewer faults, as long as it fails at the same line with the
+        same exception. So the plan that is left holds the faults that matter to the test, whatever it claims.
+Rule 2: so is a live test; if it does not fail in a rehearsal with all its faults, it keeps them all, and the
+        message says so: its cause is then in what differs live (docs/faults.md).
 """
 
 import shlex
@@ -78,8 +79,6 @@ def _least(test: Test, fleet: Fleet) -> tuple[Plan, str]:
     """The faults that matter, and what is known of them (rules 1 and 2)."""
     if fleet.given_count == 0:
         return fleet.plan, "none were given"
-    if not isinstance(fleet, RehearsedFleet):
-        return fleet.plan, "all that were given; a live run is not shrunk, --clew-stage=rehearsal is"
     trials, folders, plans = count(1), fleet.asked.folder.parent, {frozenset[int](): fleet.plan}
 
     def fails(kept: list[int]) -> bool:
@@ -94,15 +93,14 @@ def _least(test: Test, fleet: Fleet) -> tuple[Plan, str]:
 
     everything = list(range(1, fleet.given_count + 1))
     if not fails(everything):
-        return (
-            fleet.plan,
-            "all that were given; the test does not fail in the same way when it is played again",
-        )
+        again = "when it is played again" if isinstance(fleet, RehearsedFleet) else "when it is rehearsed"
+        return fleet.plan, f"all that were given; the test does not fail in the same way {again}"
     kept = fewest(everything, fails)
+    rehearsed = "" if isinstance(fleet, RehearsedFleet) else ", rehearsed"
     plan = plans[frozenset(everything) - frozenset(kept)]
     if not kept:
-        return plan, "it fails without any"
-    return plan, f"{len(kept)} of {len(everything)} that were given matter:"
+        return plan, f"it fails without any{rehearsed}"
+    return plan, f"{len(kept)} of {len(everything)} that were given matter{rehearsed}:"
 
 
 def _is_same(test: Test, error: BaseException | None) -> bool:

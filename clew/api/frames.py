@@ -1,7 +1,6 @@
 """Tables of a run, as pandas or polars frames where one of them is installed, else as lists of dicts."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict
 from importlib import import_module
 from importlib.util import find_spec
 from operator import attrgetter
@@ -9,11 +8,11 @@ from typing import Any
 
 import msgspec
 
-from clew.api.messages import Message
 from clew.export.columns import Plain
 from clew.export.columns import columns_of as typed_columns
 from clew.export.tables import TYPES
-from clew.story.story import Story
+from clew.log.journals.messages import FIELDS, Message
+from clew.story.story import story_of
 from protocol.errors import UsageError
 from protocol.files.names import did_you_mean
 from protocol.timeline import FaultInjected, PoseSampled
@@ -56,7 +55,7 @@ def columns_of(name: str, lines: Sequence[Line], messages: Callable[[], Iterable
     makers: dict[str, Callable[[], Columns]] = {
         "poses": lambda: _of_kind(PoseSampled, lines, stamp=("t_s",)),
         "steps": lambda: _steps(lines),
-        "messages": lambda: _by_name(Message.__dataclass_fields__, [asdict(each) for each in messages()]),
+        "messages": lambda: _messages(messages()),
         "faults": lambda: _of_kind(FaultInjected, lines),
         "states": lambda: _states(lines),
         "entries": lambda: _entries(lines),
@@ -89,9 +88,8 @@ def _each(name: str, chosen: Sequence[Line]) -> list[Any]:
 
 
 def _steps(lines: Iterable[Line]) -> Columns:
-    story = _story(lines)
     rows = []
-    for step in story.all_steps():
+    for step in story_of(lines).all_steps():
         plan, end = step.plan, step.end
         rows.append(
             {
@@ -113,12 +111,16 @@ def _steps(lines: Iterable[Line]) -> Columns:
     return _by_name(rows[0] if rows else (), rows)
 
 
+def _messages(messages: Iterable[Message]) -> Columns:
+    return _by_name((*FIELDS, "said"), [message.as_dict() for message in messages])
+
+
 def _states(lines: Iterable[Line]) -> Columns:
-    changes = sorted(_story(lines).robots.changes, key=lambda change: change.t_s)
+    changes = sorted(story_of(lines).robots.changes, key=lambda change: change.t_s)
     return {
         "t_s": [change.t_s for change in changes],
         "robot": [change.robot for change in changes],
-        "state": [change.state.name.lower().replace("_", " ") for change in changes],
+        "state": [change.state.word for change in changes],
     }
 
 
@@ -135,10 +137,3 @@ def _entries(lines: Sequence[Line]) -> Columns:
 
 def _by_name(names: Iterable[str], rows: Sequence[Mapping[str, Any]]) -> Columns:
     return {name: [row[name] for row in rows] for name in names}
-
-
-def _story(lines: Iterable[Line]) -> Story:
-    story = Story()
-    for source, entry in lines:
-        story.hear(source, entry)
-    return story

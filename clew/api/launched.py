@@ -4,11 +4,13 @@ Rule 1: each fleet has its own folder, and its own private folder with its socke
 Rule 2: it waits for entries in the log. A wait ends when simulated time has passed its limit and a grace,
         since live processes notice a loss by the wall clock; or when far more wall-clock time has passed than
         a machine should take. Then it says how late the machine was.
-Rule 3: when it is closed, no process and no socket is left behind. If one was, it is killed, and that is an
+Rule 3: at `max` it is held while nobody waits, at most `AHEAD_S` beyond what was looked at: it would be over
+        before a test that gets no processor time has given its fault.
+Rule 4: when it is closed, no process and no socket is left behind. If one was, it is killed, and that is an
         error.
 """
 
-import argparse
+import contextlib
 import math
 import os
 import sys
@@ -30,7 +32,7 @@ from clew.fleet.options import speed_of
 from clew.log.follow import Follower, look
 from protocol import laws
 from protocol.errors import UsageError
-from protocol.faults.manual_faults import EndRequest, FaultRequest, request_fault
+from protocol.faults.manual_faults import EndRequest, FaultRequest, GoRequest, request_fault
 from protocol.faults.plan import Plan
 from protocol.faults.plan_text import plan_text
 from protocol.faults.rules import Rule
@@ -50,6 +52,7 @@ GRACE_WALL_S = 3.0  # a lost process is noticed after its lease of 1 s, and on a
 WALL_S = 60.0  # to start, to be judged and to end on a loaded machine
 SLOWEST = 0.5  # simulated s per wall-clock s of `max`, at least: 50 robots on two cores reach 1
 LOOK_S = 0.02  # between two reads of the log: a world writes every 0.1 s
+AHEAD_S = 0.5  # simulated: it asks every 0.02 s, so fleets of up to 25 times real time are not slowed down
 LATE = 4.0  # so many times what a wait takes on an idle machine
 SAID_LINES = 3  # of stderr: the refusal is the last
 
@@ -98,7 +101,7 @@ class LaunchedFleet(Fleet):
     def __init__(self, asked: Asked, speed: Speed = 1.0) -> None:
         try:
             speed_of(str(speed))
-        except argparse.ArgumentTypeError as error:
+        except UsageError as error:
             raise UsageError(f"speed: {error}") from error
         laws.check(asked.scenario.law.law, in_processes=True)
         self.speed = speed
@@ -137,9 +140,11 @@ class LaunchedFleet(Fleet):
             for name, text in files.items():
                 write_whole(paths[name], text.encode())
             options = ["--seed", str(asked.seed), "--speed", speed, "--out", str(asked.folder), "--quiet"]
+            if self.speed == "max":
+                options += ["--held"]
             if plan.rules:
                 options += ["--faults", str(paths["plan.toml"])]
-            command = [sys.executable, "-m", "clew.fleet", str(paths["scenario.toml"]), *options]
+            command = [sys.executable, "-m", "clew.cli", "run", str(paths["scenario.toml"]), *options]
             self._launched = Launched(command, _environment())
             self._wait_for_start()
         if asked.folder.parent == RUNS.absolute():
@@ -157,6 +162,9 @@ class LaunchedFleet(Fleet):
 
     def _advance(self) -> None:
         assert self._launched is not None, "waited for before the start"
+        if self.speed == "max":
+            with contextlib.suppress(UsageError):  # it has not begun, is over, or its world is being replaced
+                request_fault(self.asked.folder, GoRequest(for_s=AHEAD_S))
         self._launched.has_ended(LOOK_S)
 
     def _deadline(self, timeout_s: float) -> Callable[[], str | None]:
@@ -196,7 +204,7 @@ class LaunchedFleet(Fleet):
         request_fault(self.asked.folder, EndRequest(name=name))
 
     def close(self) -> None:
-        """Stop, if the run goes on (rule 3).
+        """Stop, if the run goes on (rule 4).
 
         Raises:
             WaitFailedError: it had to be killed, or has left something behind.

@@ -4,7 +4,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from clew.story.story import Story
+from clew.story.story import story_of
 from protocol.timeline import FenceChanged, PoseSampled
 from world.judge.truth.track import Track
 from world.record.lines import Line
@@ -23,7 +23,7 @@ class RobotThen:
     clearance_m: float | None
     separation_m: float | None
     state: str
-    """`leading`, `following`, `killed`, ...: what it did, as the page and the live table say."""
+    """What it did: `leading`, `following`, `killed`, ... (`clew.story.states`)."""
     place: int | None
     """In the strand; the leader's is 0."""
     silent: tuple[int, ...]
@@ -53,15 +53,15 @@ class Moment:
 
 def moment_of(lines: Sequence[Line], t_s: float) -> Moment:
     """The instant, by all entries of up to then; between two samples a body moved straight."""
-    story, tracks = Story(), defaultdict[int, Track](Track)
+    story = story_of(line for line in lines if line[1].t_s <= t_s)
+    tracks = defaultdict[int, Track](Track)
     epoch, may_move = 0, ""
     newest: dict[int, PoseSampled] = {}
-    for source, entry in lines:
+    for _, entry in lines:
         if isinstance(entry.record, PoseSampled):
             tracks[entry.record.robot].hear(entry.t_s, entry.record)
         if entry.t_s > t_s:
             continue
-        story.hear(source, entry)
         match entry.record:
             case PoseSampled(robot=robot) as pose:
                 newest[robot] = pose
@@ -80,7 +80,7 @@ def moment_of(lines: Sequence[Line], t_s: float) -> Moment:
             heading_rad=None if sampled is None else sampled.heading_rad,
             clearance_m=None if sampled is None else sampled.clearance_m,
             separation_m=None if sampled is None else sampled.separation_m,
-            state=told.state.name.lower().replace("_", " "),
+            state=told.state.word,
             place=told.place,
             silent=told.silent,
         )

@@ -15,17 +15,18 @@ from typing import Any
 
 from clew.api.entries import Entry
 from clew.api.frames import columns_of, frame_of
-from clew.api.messages import Message, messages_of
 from clew.api.moment import Moment, moment_of
 from clew.api.picture import html_of
 from clew.api.reading import Reading
 from clew.fleet.summary import figures_line, recovery_lines, verdict_sentence
 from clew.log.check import Finding, check, scenario_of
+from clew.log.journals.messages import Message, messages_of
+from clew.log.journals.process import processes_of
 from clew.log.replay import Replay, replay
 from clew.log.timeline import Choice, Timeline
 from clew.page.report import write_report
 from clew.story.steps import Step
-from clew.story.story import Story
+from clew.story.story import story_of
 from protocol.plain import plain
 from world.judge.verdict import Verdict
 from world.record.recorder import Header
@@ -100,6 +101,8 @@ class Run:
         robot: int | None = None,
         step: int | None = None,
         source: str | tuple[str, ...] = (),
+        rule: str | tuple[str, ...] = (),
+        key: str | tuple[str, ...] = (),
         t: tuple[float, float] | None = None,
     ) -> list[Entry]:
         """Entries in the recorder's order, chosen as `clew log cat` does.
@@ -109,12 +112,16 @@ class Run:
             robot: only entries from this robot, or about it.
             step: only entries of this switching step.
             source: `"world"`, `"r3"`, or several.
+            rule: only injections of this rule of the fault plan, as `"kill-*"`.
+            key: only entries about messages on this key, as `"link/r2/*"`.
             t: from when to when [simulated s], both included.
         """
         from_s, to_s = t or (None, None)
         choice = Choice(
-            kind=(kind,) if isinstance(kind, str) else kind,
-            source=(source,) if isinstance(source, str) else source,
+            kind=_all(kind),
+            source=_all(source),
+            rule=_all(rule),
+            key=_all(key),
             robot=robot,
             step=step,
             from_s=from_s,
@@ -125,10 +132,7 @@ class Run:
     @property
     def steps(self) -> tuple[Step, ...]:
         """The switching steps that leaders planned, with when and where each began and ended."""
-        story = Story()
-        for source, entry in self._reading.lines:
-            story.hear(source, entry)
-        return story.all_steps()
+        return story_of(self._reading.lines).all_steps()
 
     @property
     def poses(self) -> list[Entry]:
@@ -143,7 +147,7 @@ class Run:
     @property
     def messages(self) -> list[Message]:
         """What robots received, and what was lost or refused; of orders to the world only the latter."""
-        return messages_of(self.folder, self._reading.lines)
+        return messages_of(processes_of(self.folder), self._reading.lines)
 
     def at(self, t_s: float) -> Moment:
         """Where everybody was at that time, what everybody did, and who led."""
@@ -200,3 +204,8 @@ class Run:
     def _timeline(self) -> Timeline:
         lines = self._reading.lines
         return Timeline(self.header, tuple(lines), self._reading.flaws)
+
+
+def _all(given: str | tuple[str, ...]) -> tuple[str, ...]:
+    """One word, or several."""
+    return (given,) if isinstance(given, str) else given

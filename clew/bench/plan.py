@@ -15,7 +15,6 @@ from typing import Any
 from msgspec import Struct
 
 from agents.navigation import guidance, step
-from agents.navigation.ground import Ground
 from agents.navigation.scan import View
 from agents.strand import leader
 from clew.bench.textbook import Textbook
@@ -104,24 +103,12 @@ def samples(scenario: Scenario, *, cpu: Clock, wall: Clock) -> list[Sample]:
     def timed_plan(
         self: leader.Leader,
         view: View,
-        ground: Ground,
-        *,
-        epoch: int,
-        settled: bool,
-        bodies_may_move: bool = False,
-        all_stand: bool = False,
+        *arguments: Any,  # noqa: ANN401 - whatever a plan takes
+        **options: Any,  # noqa: ANN401 - whatever a plan takes
     ) -> leader.Plan:
         stopwatch.spent_s.clear()
         since_cpu_s, since_wall_s = cpu(), wall()
-        planned = plan(
-            self,
-            view,
-            ground,
-            epoch=epoch,
-            settled=settled,
-            bodies_may_move=bodies_may_move,
-            all_stand=all_stand,
-        )
+        planned = plan(self, view, *arguments, **options)
         cpu_s, wall_s, since_cpu_s = cpu() - since_cpu_s, wall() - since_wall_s, cpu()
         textbook.plan(view)
         parts_s = {part: stopwatch.spent_s[part] for part in PARTS}

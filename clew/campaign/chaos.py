@@ -24,6 +24,7 @@ from protocol.exit_codes import ExitCode
 from protocol.timeline import FaultInjected, RobotDied, RobotRestarted, RobotReturned
 from world.judge.books import Messages
 from world.judge.ending import Ending
+from world.judge.rules.names import counted
 from world.judge.truth.voices import concerned
 from world.judge.verdict import Verdict
 from world.record.run_files import read_verdict
@@ -128,8 +129,7 @@ def troubles_of(verdict: Verdict | None, finding: Finding | None, ended: Ended) 
     if verdict is None:
         yield "there is no verdict"
     elif verdict.violations:
-        broken = (f"{name} {count}" for name, count in verdict.violations_by_invariant.items() if count)
-        yield f"broken: {', '.join(broken)}"
+        yield f"broken: {counted(verdict.violations_by_invariant)}"
     if verdict is not None and not is_balanced(verdict.messages):
         yield "the message counts do not balance"
     # A robot that is cut off to the end cannot send its last entries; one that has arrived can.

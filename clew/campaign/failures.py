@@ -23,7 +23,7 @@ from world.scenario.scenario import Scenario
 
 WALL_S_MAX = 60.0  # an episode takes a third of a second: one that takes this long never ends
 NO_END = "has no end"
-_BROKEN = re.compile(r"([SFP]\d) broken by ")
+_BROKEN = re.compile(r"([SFPA]\d) .*?broken by ")
 _NUMBERS = re.compile(r"\br?\d+(\.\d+)?(, r?\d+(\.\d+)?)*")
 
 

@@ -1,5 +1,6 @@
 """The figures of a campaign by family, and the printed table."""
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from msgspec import Struct
@@ -11,6 +12,7 @@ from clew.percentiles import percentile
 from protocol.plain import plain
 
 ALL = "all"
+ARRIVALS = ("arrived", "had no way", "were not asked to", "failed")
 
 
 class Figures(Struct, frozen=True, kw_only=True):
@@ -53,6 +55,26 @@ def figures_of(outcomes: Sequence[Outcome]) -> Figures:
         events_per_m=sum(each.planning_events for each in outcomes) / path_m if path_m > 0.0 else None,
         wall_s=sum(outcome.wall_s for outcome in outcomes),
     )
+
+
+def in_words(outcomes: Sequence[Outcome]) -> str:
+    """Whether promises were kept, and which fleets arrived."""
+    broken = sum(outcome.violations > 0 for outcome in outcomes)
+    runs = f"{len(outcomes)} {'run' if len(outcomes) == 1 else 'runs'}"
+    promises = f"promises broken in {broken} of {runs}" if broken else f"no promise broken in {runs}"
+    counts = Counter(map(_arrival, outcomes))
+    return f"{promises}; {', '.join(f'{counts[said]} {said}' for said in ARRIVALS if counts[said])}"
+
+
+def _arrival(outcome: Outcome) -> str:
+    """Which of `ARRIVALS` it is."""
+    arrived, no_way, not_asked, failed = ARRIVALS
+    if outcome.ok:
+        return arrived
+    if outcome.surprise is not Surprise.NONE:
+        return failed
+    # In a safety episode of a swarm faults last to the end; in the others dead bodies may bar the way.
+    return no_way if outcome.no_route else failed if outcome.mode is None else not_asked
 
 
 def by_family(outcomes: Iterable[Outcome]) -> dict[str, list[Outcome]]:

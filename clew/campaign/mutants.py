@@ -2,7 +2,8 @@
 
 Rule 1: a mutant replaces an exact piece of source in a copy of the tree. A piece that does not occur, or
         occurs twice, is an error: the source has changed, and the mutant must follow.
-Rule 2: the first seed that surprises with the mutant, and does not surprise without it, catches it.
+Rule 2: the first seed that surprises with the mutant, and does not surprise without it, catches it. One that
+        the wall-clock limit has stopped catches nothing.
 Rule 3: each mutant states within how many seeds it must be caught; or the test that catches it, which is then
         run in the copy instead.
 """
@@ -28,6 +29,7 @@ from clew.campaign.mutants_worker import WALL_S_MAX
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.root import ROOT
+from world.judge.rules.names import named
 
 TESTS_FAILED = 1  # pytest's exit code
 WORKER = "clew.campaign.mutants_worker"
@@ -65,7 +67,7 @@ def run_mutant(mutant: Mutant, first_seed: int = 1) -> Caught:
         apply(mutant, Path(folder))
         for outcome in outcomes_in(Path(folder), WORKER, first_seed, first_seed + mutant.seeds_max - 1):
             played, cpu_s = played + 1, cpu_s + outcome.cpu_s
-            if outcome.surprise is not Surprise.NONE and passes_unmutated(outcome.seed):
+            if is_catch(outcome) and passes_unmutated(outcome.seed):
                 return Caught(
                     mutant=mutant.name,
                     by=by(outcome),
@@ -139,6 +141,11 @@ def apply(mutant: Mutant, folder: Path) -> None:
         path.write_text(text.replace(edit.before, edit.after), encoding="utf-8")
 
 
+def is_catch(outcome: Outcome) -> bool:
+    """Whether the episode surprised. The wall-clock limit says nothing: it may be the machine."""
+    return outcome.surprise not in {Surprise.NONE, Surprise.STOPPED}
+
+
 def passes_unmutated(seed: int) -> bool:
     """Whether the seed's episode does not surprise without a mutant."""
     episode = drawn_episode(seed, Path(), "", wall_s_max=WALL_S_MAX)
@@ -147,7 +154,7 @@ def passes_unmutated(seed: int) -> bool:
 
 def by(outcome: Outcome) -> str:
     """The broken invariants, or the kind of surprise."""
-    broken = [name for name, count in outcome.violations_by_invariant.items() if count]
+    broken = [named(each) for each, count in outcome.violations_by_invariant.items() if count]
     return ", ".join(broken) if broken else str(outcome.surprise)
 
 

@@ -193,6 +193,97 @@ MUTANTS = (
         "        if there and state.arrived and not self._arrived:\n",
         "        if state.arrived and not self._arrived:\n",
     ),
+    Mutant(
+        "dead-man-doubled",
+        "a body stops one second after the basis of its order; here after two, and robots still count on one",
+        (
+            Edit(
+                "world/bodies/bodies.py",
+                "from protocol.mission import DEADMAN_S\n",
+                "from protocol.mission import DEADMAN_S as ASKED_S\n",
+            ),
+            Edit(
+                "world/bodies/bodies.py",
+                "ROUNDING_M = 1e-9  #",
+                "DEADMAN_S = 2 * ASKED_S\nROUNDING_M = 1e-9  #",
+            ),
+        ),
+        check="tests/unit/world/bodies/test_bodies.py::"
+        "test_a_body_stops_once_when_its_robot_is_silent_and_continues_when_it_sends",
+    ),
+    _mutant(
+        "open-polygon",
+        "the free polygon of a scan has an edge for each gap between two rays; here one in fifty is left out",
+        "agents/navigation/certificate.py",
+        "    is_known = np.isfinite(seen.ranges_m)\n",
+        "    is_known = np.isfinite(seen.ranges_m) & (np.arange(len(seen.ranges_m)) % 50 != 49)\n",
+        check="tests/unit/agents/navigation/test_certificate.py::"
+        "test_the_ground_that_a_scan_is_sure_of_has_an_edge_all_around",
+    ),
+    _mutant(
+        "skipped-checks",
+        "a follower checks each segment; here it skips one check in ten",
+        "agents/strand/follower.py",
+        "        return not self._mission.promises_clearance or",
+        "        return hash(reach_m) % 10 == 0 or",
+    ),
+    _mutant(
+        "empty-map",
+        "a leader hands its map over; here the map is empty",
+        "agents/strand/memory.py",
+        '        return self._handed or (b"" if self._leader is None else self._leader.map.packed())\n',
+        '        return b""\n',
+        check="tests/unit/agents/strand/test_handover.py::"
+        "test_a_successor_continues_the_count_of_steps_and_knows_what_the_leader_saw",
+    ),
+    _mutant(
+        "unordered-vertices",
+        "vertices of the path are told in its order",
+        "protocol/path.py",
+        "        return tuple(self._vertices[first : first + most])\n",
+        "        return tuple(self._vertices[first : first + most][::-1])\n",
+    ),
+    _mutant(
+        "learns-over-gaps",
+        "a robot learns no vertices beyond a gap in what it knows of the path",
+        "protocol/path.py",
+        "        if first > len(self):\n            return\n        last = len(self) - 1\n",
+        "        first = min(first, len(self))\n        last = len(self) - 1\n",
+        check="tests/unit/protocol/test_path.py::"
+        "test_vertices_beyond_a_gap_are_ignored_until_they_are_sent_again",
+    ),
+    _mutant(
+        "replays-nothing",
+        "a replay compares each decision with the recorded one",
+        "clew/log/replay.py",
+        "        if packed(decided) != packed(turn.decision):\n",
+        "        if False:\n",
+        check="tests/unit/clew/log/test_replay.py::test_a_changed_core_is_found",
+    ),
+    _mutant(
+        "eaten-entry",
+        "a world that is started again keeps the last whole entry of its timeline",
+        "world/record/resume.py",
+        "    return Past(header, lines, len(text) - len(torn), len(torn))\n",
+        "    return Past(header, lines[:-1], len(text) - len(torn) - len(whole[-1]) - 1, len(torn))\n",
+        check="tests/unit/world/record/test_resume.py::"
+        "test_an_incomplete_line_is_removed_and_numbers_continue",
+    ),
+    _mutant(
+        "deaths-forgiven",
+        "a run in which a robot died, and nobody had asked for that, has failed",
+        "world/judge/verdict.py",
+        "    dated += [(death.cause_s, _death_sentence(death)) for death in recovery.unrequested]\n",
+        "",
+        check="tests/unit/world/judge/test_verdict.py::test_each_broken_promise_fails_the_run_and_is_named",
+    ),
+    _mutant(
+        "one-arrival-ends",
+        "a run is over only when every living robot has arrived; here one is enough",
+        "world/core.py",
+        "        if living and tally.arrived >= living:",
+        "        if living and tally.arrived:",
+    ),
 )
 
 

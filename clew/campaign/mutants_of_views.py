@@ -78,6 +78,13 @@ OF_VIEWS = (
         "epoch.generation == now.epoch.generation",
     ),
     mutant(
+        "raised-again",
+        "F3: within a generation only a raise of a higher number is taken; here the same number is enough",
+        "world/bodies/fence.py",
+        "return is_tie and epoch.robot > now.epoch.robot",
+        "return is_tie and epoch.robot >= now.epoch.robot",
+    ),
+    mutant(
         "raises-over-stop",
         "F3: over a stop no raise is taken",
         "world/bodies/fence.py",
@@ -150,6 +157,16 @@ OF_VIEWS = (
         check="tests/unit/agents/conversations/test_turns.py::test_v16_an_old_report_ends_no_turn_that_was_given_later",
     ),
     mutant(
+        "old-epochs-report",
+        "F4: a report counts only in the epoch that it names; here one of an older epoch counts, too",
+        "agents/membership/membership.py",
+        "        if said.epoch != self._fence.epoch:\n            return []\n        from_coordinator",
+        "        if said.epoch != self._fence.epoch and type(said) is not Report:\n            return []\n"
+        "        from_coordinator",
+        check="tests/unit/agents/conversations/test_turns.py::"
+        "test_a_report_of_an_older_epoch_does_not_count_however_high_its_number",
+    ),
+    mutant(
         "misfits-drive",
         "F4: a member that does not stand at its place gives no order",
         "agents/strand/member.py",
@@ -198,6 +215,8 @@ OF_VIEWS = (
         "agents/membership/places.py",
         "(each for each in ahead if each.epoch == berth.epoch and not each.draft)",
         "(each for each in ahead if not each.draft)",
+        check="tests/unit/agents/membership/test_places.py::"
+        "test_v23_a_leg_between_places_of_two_epochs_or_that_is_not_known_was_not_driven",
     ),
     mutant(
         "no-epoch-in-links",

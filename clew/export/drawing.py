@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from protocol.arrays import unit_vectors
 from world.geometry.shapes import Circle, Ellipse, Polygon, Shape
 
 Points = tuple[tuple[float, float], ...]
@@ -65,7 +66,7 @@ class Thing:
 def outline(shape: Shape, colour: Colour, at: tuple[float, float] = (0.0, 0.0)) -> Stroke:
     """The outline of a shape, moved to a place."""
     turn_rad = np.linspace(0.0, math.tau, CORNERS, endpoint=False)
-    round_m = np.column_stack((np.cos(turn_rad), np.sin(turn_rad)))
+    round_m = unit_vectors(turn_rad)
     match shape:
         case Circle(centre_m=centre_m, radius_m=radius_m):
             ring_m = centre_m + radius_m * round_m

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from clew.fields.shapes import DECIMALS
-from protocol.arrays import Floats
+from protocol.arrays import Floats, unit_vectors
 
 Corner = tuple[float, float]
 Ring = list[Corner]
@@ -61,4 +61,4 @@ def arc(
     count = max(int(abs(to_rad - from_rad) * radius_m / facet_m), 1)
     bearings_rad = np.linspace(from_rad, to_rad, count + 1)
     reach_m = radius_m / np.cos((to_rad - from_rad) / count / 2.0) if outside else radius_m
-    return np.asarray(centre + reach_m * np.stack([np.cos(bearings_rad), np.sin(bearings_rad)], axis=1))
+    return np.asarray(centre + reach_m * unit_vectors(bearings_rad))

@@ -9,7 +9,6 @@ Rule 3: no obstacle is in the lanes before and behind the field, where the fleet
 """
 
 from collections.abc import Callable
-from enum import StrEnum
 from typing import Annotated, Any
 
 from msgspec import Meta, Struct
@@ -17,6 +16,7 @@ from numpy.random import Generator
 
 from clew.fields.built import Built, cells_of, rectangle
 from clew.fields.gates import pillars, rooms
+from clew.fields.kinds import DENSITY, ROBOT_RADIUS_M, SIZE_M, WIDTH_RADII, Kind
 from clew.fields.lanes import comb, zigzag
 from clew.fields.maze import maze
 from clew.fields.round import rings, spiral
@@ -30,34 +30,12 @@ from world.scenario.scene import EPSILON_M_MAX, EPSILON_RADII
 ROBOTS = 5  # the lanes have room for so many
 SPACING_RADII = 3.0  # the rule of clew-scene/1 for the places of robots
 LANE_RADII = SPACING_RADII * (ROBOTS + 1)  # their places, and room before the first and behind the last
-WIDTH_RADII = 4.0  # r + epsilon is at most 1.5 r, so this is a third more than the fleet needs
 WALL_RADII = 1.0  # a scan with rays one degree apart certainly hits it up to 57 radii away
 CELLS_MIN = 2  # columns and rows of a maze
 SIDE_CELLS_MIN = 6  # least side of other built ground, in corridors: two rooms, two rings, a leg that climbs
-ROBOT_RADIUS_M = 0.15  # as in most scenes from public data
-DENSITY = 0.06  # fits for every kind at the default width
-SIZE_M = (10.0, 6.0)  # a room
 SIDE_M_MAX = 1000.0  # a larger field has more obstacles than a scenario may have
 
 Side = Annotated[float, Meta(gt=0.0, le=SIDE_M_MAX)]
-
-
-class Kind(StrEnum):
-    """The obstacles of a field."""
-
-    CIRCLES = "circles"
-    ELLIPSES = "ellipses"
-    CONVEX = "convex"
-    NONCONVEX = "nonconvex"
-    MIXED = "mixed"
-    STARS = "stars"
-    CORRIDORS = "corridors"
-    ZIGZAG = "zigzag"
-    COMB = "comb"
-    SPIRAL = "spiral"
-    RINGS = "rings"
-    ROOMS = "rooms"
-    PILLARS = "pillars"
 
 
 BUILDERS: dict[Kind, Callable[..., Built]] = {

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.random import Generator
 
-from protocol.arrays import Floats
+from protocol.arrays import Floats, unit_vectors
 from world.geometry.shapes import Circle, Polygon
 
 DECIMALS = 3  # of a coordinate in metres: fine enough to build, and the same on every machine
@@ -51,7 +51,7 @@ def convex(chance: Generator, unit_m: float) -> Obstacle:
     shares = np.arange(corners) + chance.uniform(-JITTER, JITTER, corners)
     bearings = shares * (math.tau / corners)
     radius_m = unit_m * chance.uniform(2.0 * SIZE_UNITS[0], SIZE_UNITS[1])
-    return _turned(radius_m * np.stack([np.cos(bearings), np.sin(bearings)], axis=1), chance)
+    return _turned(radius_m * unit_vectors(bearings), chance)
 
 
 def star(chance: Generator, unit_m: float) -> Obstacle:
@@ -59,9 +59,9 @@ def star(chance: Generator, unit_m: float) -> Obstacle:
     tips = int(chance.integers(STAR_TIPS[0], STAR_TIPS[1] + 1))
     radius_m = unit_m * chance.uniform(3.0 * SIZE_UNITS[0], SIZE_UNITS[1])
     inner_m = radius_m * math.cos(math.pi / tips) * chance.uniform(*STAR_NOTCHES)
-    bearings = np.arange(2 * tips) * (math.pi / tips)
+    bearings = np.arange(2.0 * tips) * (math.pi / tips)
     radii_m = np.where(np.arange(2 * tips) % 2 == 0, radius_m, inner_m)[:, None]
-    return _turned(radii_m * np.stack([np.cos(bearings), np.sin(bearings)], axis=1), chance)
+    return _turned(radii_m * unit_vectors(bearings), chance)
 
 
 def angle(chance: Generator, unit_m: float) -> Obstacle:

@@ -1,13 +1,16 @@
 """The paper's Figure 4: the leader's distance to each obstacle at each switching position [m]."""
 
 import math
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from clew.figures.style import COLUMN_IN, GREY, LOOKS, Chart, LeftOut, legend_below, limit
+from clew.figures.style import BLACK, COLUMN_IN, GREY, LOOKS, Chart, LeftOut, legend_below, limit
 from clew.story.course import Course
+from clew.story.steps import Ending
 from protocol.arrays import Floats
 from world.geometry.clearance import distances as apart_m
 from world.judge.table import measure
@@ -15,6 +18,12 @@ from world.judge.table import measure
 NAME = "distances"
 SIZE_IN = (COLUMN_IN, 2.6)
 POSITIONS_TOLD = 12  # as many numbers as fit below the axis
+PRINTED: dict[str, Any] = {
+    "linestyle": "",
+    "markerfacecolor": "none",
+    "markersize": 6.0,
+    "markeredgewidth": 0.7,
+}
 TOLD_APART = len(LOOKS)  # obstacles with separate lines: those nearest to the leader
 
 
@@ -73,6 +82,7 @@ def _paint(figure: Figure, course: Course) -> None:
     for index, obstacle in enumerate(others.tolist()):
         label = f"{len(others)} others" if index == 0 else None
         axes.plot(positions, hull_m[:, obstacle], color=GREY, alpha=0.4, linewidth=0.4, label=label)
+    _draw_paper(axes, course, nearest)
     draw_limits(axes, course)
     axes.set(xlabel="switching position", ylabel="leader's distance [m]")
     axes.set_ylim(0.0, 1.05 * float(hull_m[:, nearest].max()))
@@ -80,6 +90,32 @@ def _paint(figure: Figure, course: Course) -> None:
     axes.set_xticks(told, [course.stands[position - 1].name for position in told])
     axes.margins(x=0.03)
     legend_below(figure, columns=3)
+
+
+def _draw_paper(axes: Axes, course: Course, obstacles: list[int]) -> None:
+    """Draw the values of the paper's Table I, where the scenario has them, as hollow markers."""
+    table_m = course.scenario.table_m
+    rows = list(_rows_of_table(course, 0 if table_m is None else len(table_m)))
+    if table_m is None or not rows:
+        return
+    positions, printed_m = [position for position, _ in rows], np.array([table_m[row] for _, row in rows])
+    hull_m = printed_m - course.scenario.fleet.robot_radius_m
+    for look, obstacle in zip(LOOKS, obstacles, strict=False):
+        if obstacle < hull_m.shape[1]:
+            axes.plot(positions, hull_m[:, obstacle], color=look.colour, marker=look.marker, **PRINTED)
+    axes.plot([], [], color=BLACK, marker="o", label="paper's Table I", **PRINTED)
+
+
+def _rows_of_table(course: Course, count: int) -> Iterator[tuple[int, int]]:
+    """The positions of the figure, from 1, that Table I has: the start, and the ends of finished steps."""
+    ends = [step.end.at for step in course.steps if step.end is not None and step.end.how is Ending.FINISHED]
+    row = 0
+    for position, stand in enumerate(course.stands, start=1):
+        if row == count:
+            return
+        if row == 0 or (row <= len(ends) and stand.place == ends[row - 1]):
+            yield position, row
+            row += 1
 
 
 def draw_limits(axes: Axes, course: Course) -> None:

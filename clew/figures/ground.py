@@ -1,9 +1,9 @@
 """The ground in a figure: obstacles, bounds and goal, in a frame around the run [m; world frame]."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle as Disc
 from matplotlib.patches import Ellipse as Oval
@@ -18,7 +18,8 @@ from world.geometry.shapes import Circle, Ellipse, Polygon, Shape
 from world.scenario.scenario import Scenario
 
 MOVES = "////"  # the hatching of obstacles that move
-ROOM = 0.03  # of the longer side: room for a number
+ROOM = 0.02  # of the longer side, from the middle of an obstacle: room for a number of the usual size
+NUMBER_PT, SMALL_PT = 7.0, 4.5
 MARGIN = 0.06  # of the longer side
 WHOLE_SHARE = 0.4  # a run that covers less of the ground is enlarged
 OVER, UNDER = 2.0, 1.0  # layers: bodies and labels; ground
@@ -61,16 +62,13 @@ def frame_of(course: Course, margin: float = MARGIN) -> Frame:
 
 
 def draw_ground(
-    axes: Axes, course: Course, frame: Frame, *, t_s: float = 0.0, numbered: Sequence[int] = ()
+    axes: Axes, course: Course, frame: Frame, *, t_s: float = 0.0, is_numbered: bool = False
 ) -> None:
-    """Draw obstacles, bounds and goal; moving obstacles at their places at `t_s`, with their tracks.
-
-    `numbered` are the rows of the obstacles to label; labels count from 1.
-    """
+    """Draw obstacles, bounds and goal; moving obstacles at their places at `t_s`, with their tracks."""
     scenario = course.scenario
     for row, shape in enumerate(scenario.obstacles):
         axes.add_patch(patch_of(shape))
-        if row in numbered:
+        if is_numbered:
             _number(axes, frame, shape, row + 1)
     for moving, place_m in zip(scenario.moving, scenario.movers.places_m(t_s), strict=True):
         track_m = np.array(moving.track)[:, 1:]
@@ -92,12 +90,26 @@ def draw_ground(
 
 
 def _number(axes: Axes, frame: Frame, shape: Shape, number: int) -> None:
-    """Draw an obstacle's number where there is room, with a halo: a concave shape may exclude its middle."""
-    corners_m = _corners_m(shape)
-    middle_m = corners_m.mean(axis=0)
-    if np.ptp(corners_m, axis=0).min() > ROOM * frame.side_m and frame.holds(middle_m):
-        text = axes.text(middle_m[0], middle_m[1], str(number), ha="center", va="center", zorder=OVER)
-        text.set_path_effects([withStroke(linewidth=1.5, foreground=PALE)])
+    """Draw an obstacle's number on it, where there is most room; a small obstacle gets a small number."""
+    middle_m, room_m = _middle_m(shape)
+    if frame.holds(middle_m):
+        size = NUMBER_PT if room_m > ROOM * frame.side_m else SMALL_PT
+        text = axes.text(middle_m[0], middle_m[1], str(number), ha="center", va="center", fontsize=size)
+        text.set(
+            zorder=OVER, path_effects=[withStroke(linewidth=1.5, foreground=PALE)], gid=f"obstacle-{number}"
+        )
+
+
+def _middle_m(shape: Shape) -> tuple[Floats, float]:
+    """The place in a shape that is farthest from its edge, and how far."""
+    match shape:
+        case Circle():
+            return np.array(shape.centre_m), shape.radius_m
+        case Ellipse():
+            return np.array(shape.centre_m), min(shape.semi_axes_m)
+        case Polygon():
+            spoke = shapely.maximum_inscribed_circle(shapely.Polygon(shape.ring_m))
+            return np.array(spoke.coords[0]), float(spoke.length)
 
 
 def patch_of(shape: Shape, offset_m: Floats | tuple[float, float] = (0.0, 0.0)) -> Patch:

@@ -12,10 +12,9 @@ from matplotlib.patches import Circle as Disc
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
-from clew.figures.distances import named_obstacles
 from clew.figures.ground import MOVES, OVER, Frame, draw_ground, frame_of
 from clew.figures.looks import looks_of
-from clew.figures.style import BLACK, COLUMN_IN, GREY, HAIR_PT, PAGE_IN, PALE, Chart, legend_below
+from clew.figures.style import BLACK, COLUMN_IN, GREY, HAIR_PT, LOOKS, PAGE_IN, PALE, Chart, legend_below
 from clew.story.course import Course
 from clew.story.steps import Step, chosen_gap
 from protocol.arrays import Floats
@@ -25,6 +24,10 @@ MARGIN_IN, LABELS_IN, ROW_IN, LEGEND_COLUMNS = 0.5, 0.5, 0.13, 3  # room for tex
 WIDE = 0.35  # a frame with less height than this share of its width takes both columns
 OPEN: dict[str, Any] = {"markerfacecolor": "none", "markersize": 7.0, "markeredgewidth": 0.8}
 HALO = withStroke(linewidth=1.5, foreground="white")
+GAP_PT = 4.5  # the number of a gap: smaller than that of the position where its step began
+GAP_SHARES = np.linspace(
+    0.9, 0.1, 9
+)  # of a gap's length: where its number may stand, for gaps lie side by side
 LABEL_PT = 5.0  # from a switching position to its number
 
 
@@ -67,14 +70,13 @@ def draw_robots(axes: Axes, course: Course, places_m: Floats, leader: int, *, si
 
 def _paint(figure: Figure, course: Course, frame: Frame) -> None:
     axes = figure.subplots()
-    draw_ground(axes, course, frame, numbered=named_obstacles(course))
-    for step in course.steps:
-        ends_m = chosen_gap_m(step)
-        if ends_m is not None:
-            axes.plot(*ends_m.T, "--.", color=BLACK, linewidth=HAIR_PT, markersize=2.5, zorder=1.2)
-    for robot, (look, _) in reversed(looks_of(course).items()):  # on a shared path the first robot is on top
+    draw_ground(axes, course, frame, is_numbered=True)
+    _draw_gaps(axes, course)
+    # On a shared path the first robot is on top, and those below are wider, to be seen on both sides.
+    for rank, (robot, (look, _)) in reversed(list(enumerate(looks_of(course).items()))):
         path_m = course.places_m[:, robot - 1]
-        line = axes.plot(*path_m.T, color=look.colour, linewidth=look.width_pt, zorder=1.6)
+        width_pt = look.width_pt + (1.5 * HAIR_PT * rank if look in LOOKS else 0.0)
+        line = axes.plot(*path_m.T, color=look.colour, linewidth=width_pt, zorder=1.6)
         line[0].set_gid(f"path-{robot}")  # a name for editing the SVG
     moments = [*((stand.t_s, stand.robot) for stand in course.stands), *course.last]
     for t_s, leader in moments:
@@ -83,6 +85,22 @@ def _paint(figure: Figure, course: Course, frame: Frame) -> None:
     _mark_recoveries(axes, course)
     axes.set(xlabel="x [m]", ylabel="y [m]")
     legend_below(figure, columns=LEGEND_COLUMNS, handles=_legend(course))
+
+
+def _draw_gaps(axes: Axes, course: Course) -> None:
+    """Draw the chosen gaps, each with its step's number where the numbers before it leave most room."""
+    numbers_m = np.empty((0, 2))
+    for step in course.steps:
+        ends_m = chosen_gap_m(step)
+        if ends_m is None:
+            continue
+        axes.plot(*ends_m.T, "--.", color=BLACK, linewidth=HAIR_PT, markersize=2.5, zorder=1.2)
+        places_m = ends_m[0] + np.outer(GAP_SHARES, ends_m[1] - ends_m[0])
+        apart_m = np.linalg.norm(places_m[:, None] - numbers_m, axis=2).min(axis=1, initial=np.inf)
+        at_m = places_m[int(apart_m.argmax())]
+        numbers_m = np.vstack((numbers_m, at_m))
+        text = axes.text(at_m[0], at_m[1], f"g{step.number}", ha="center", va="center")
+        text.set(fontsize=GAP_PT, color=GREY, path_effects=[HALO], zorder=OVER + 0.9)
 
 
 def _number_stands(axes: Axes, course: Course) -> None:
@@ -131,7 +149,15 @@ def _legend(course: Course) -> list[Artist]:
     ]
     if any(chosen_gap(step.plan) is not None for step in course.steps):
         handles.append(
-            Line2D([], [], color=BLACK, marker=".", linestyle="--", linewidth=HAIR_PT, label="gap chosen")
+            Line2D(
+                [],
+                [],
+                color=BLACK,
+                marker=".",
+                linestyle="--",
+                linewidth=HAIR_PT,
+                label="gap chosen (g: in step)",
+            )
         )
     bare: dict[str, Any] = {"color": BLACK, "linestyle": ""}
     if course.scenario.goal is not None:

@@ -17,7 +17,8 @@ from clew.story.course import Course
 from clew.story.steps import Step
 
 PANELS_MAX = 12
-TITLE_IN, LEGEND_IN, PAD_IN = 0.16, 0.25, 0.03
+TITLE_IN, LEGEND_IN, SCALE_IN, PAD_IN = 0.18, 0.25, 0.22, 0.03
+SCALE_PT = 5.0  # the numbers of the axes
 MARGIN = 0.02  # of the longer side: panels are close together
 TALL, WIDE = 1.5, 0.4  # ratios of height to width: above, more panels in a row; below, fewer
 HEAD_PT = 5.0  # of the arrow: as long as the shortest steps
@@ -35,17 +36,18 @@ def steps(course: Course) -> Chart | LeftOut:
     columns = min(len(shown), 6 if frame.aspect > TALL else 2 if frame.aspect < WIDE else 3)
     width_in = COLUMN_IN if columns == 1 else PAGE_IN
     rows = math.ceil(len(shown) / columns)
-    height_in = rows * (width_in / columns * frame.aspect + TITLE_IN) + LEGEND_IN
+    height_in = rows * (width_in / columns * frame.aspect + TITLE_IN) + LEGEND_IN + SCALE_IN
 
     def paint(figure: Figure) -> None:
         figure.set_layout_engine("constrained", w_pad=PAD_IN, h_pad=PAD_IN, wspace=0.0, hspace=0.0)
         panels = figure.subplots(rows, columns, squeeze=False).ravel()
-        for axes in panels:
+        for axes in panels[len(shown) :]:
             axes.set_axis_off()
-        for axes, step in zip(panels, shown, strict=False):
+        for place, (axes, step) in enumerate(zip(panels, shown, strict=False)):
             _draw(axes, course, frame, step)
             said = f"step {step.number}, robot {step.robot}, {step.t_s:.1f} s"
             axes.set_title(said, fontsize=6.0, pad=2.0)
+            _draw_axes(axes, is_left=place % columns == 0, is_low=place + columns >= len(shown))
         legend_below(figure, columns=5, handles=_legend(course, len(shown)))
 
     return Chart("steps", (width_in, height_in), paint)
@@ -75,6 +77,16 @@ def _draw(axes: Axes, course: Course, frame: Frame, step: Step) -> None:
         arrowprops={"arrowstyle": "->", "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": HEAD_PT, **STEP},
         zorder=OVER + 0.5,
     )
+
+
+def _draw_axes(axes: Axes, *, is_left: bool, is_low: bool) -> None:
+    """Axes with their scale in every panel; numbers only at the left and below the lowest."""
+    axes.tick_params(labelsize=SCALE_PT, length=1.5, pad=1.0, labelleft=is_left, labelbottom=is_low)
+    axes.locator_params(nbins=4)
+    if is_left:
+        axes.set_ylabel("y [m]", fontsize=SCALE_PT, labelpad=1.0)
+    if is_low:
+        axes.set_xlabel("x [m]", fontsize=SCALE_PT, labelpad=1.0)
 
 
 def _legend(course: Course, shown: int) -> list[Artist]:

@@ -44,6 +44,12 @@ class Output:
         _write(STDERR, SHOW_CURSOR + BEGIN_LINE)
 
 
+def say_start(run: Prepared) -> None:
+    """Print what is being started: many robots take some seconds until their first entry."""
+    if run.shows is not Shows.NOTHING:
+        Output(STDERR).say(f"starting {run.robots} {'robot' if run.robots == 1 else 'robots'}")
+
+
 @contextlib.contextmanager
 def output(run: Prepared) -> Iterator[Output]:
     """Send messages where this run wants them; at the end of the context, all of them are on stderr."""

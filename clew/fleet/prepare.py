@@ -145,7 +145,7 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
     )
     if request.connect is not None:
         asyncio.run(probe(read_session(private / f"{WORLD}.json")))
-    settings = Settings(seed=request.seed, speed=request.speed)
+    settings = Settings(seed=request.seed, speed=request.speed, held=request.held)
     made = make_folder(folder.absolute())
     try:
         prepare_folder(folder, scenario, plan, settings)

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, assert_never
 
 from clew.fleet.folder import drop_folder, make_latest
-from clew.fleet.output import STDERR, Output, has_content, output, say_result
+from clew.fleet.output import STDERR, Output, has_content, output, say_result, say_start
 from clew.fleet.parts.private import private_folder
 from clew.fleet.parts.processes import READ_BYTES_MAX, Processes, orphans_adopted
 from clew.fleet.prepare import Prepared, Shows, prepare
@@ -64,6 +64,7 @@ def run_fleet(request: Request, hear: Hear) -> int:
     terminal = sys.stderr.isatty() and sys.stdout.isatty()  # no table in `fleet.sh | tee`
     with private_folder(os.environ.get("TMPDIR")) as private:
         run = prepare(request, private.folder, terminal=terminal)
+        say_start(run)
         with orphans_adopted(), output(run) as words:
             code = asyncio.run(supervise(run, private.lifeline, words, hear))
         return finish(run, code)

@@ -19,7 +19,7 @@ from msgspec.structs import replace
 from clew.campaign.campaign import drawn_episode
 from clew.campaign.episode import Outcome, Surprise, play
 from clew.campaign.mutant import Mutant
-from clew.campaign.mutants import apply, by, outcomes_in
+from clew.campaign.mutants import apply, by, is_catch, outcomes_in
 from clew.campaign.mutants_worker import WALL_S_MAX
 
 GUIDED_WORKER, UNIFORM_WORKER = "clew.guided.mutants_worker", "clew.campaign.mutants_worker"
@@ -109,7 +109,7 @@ def _trial(mutant: Mutant, folder: Path, worker: str, first: int, cpu_s_max: flo
     cpu_s, seeds, futures = 0.0, 0, 0
     for outcome in outcomes_in(folder, worker, first, first + mutant.seeds_max - 1):
         cpu_s, seeds, futures = cpu_s + outcome.cpu_s, seeds + 1, futures + outcome.futures
-        if outcome.surprise is not Surprise.NONE and _passes_unmutated(outcome):
+        if is_catch(outcome) and _passes_unmutated(outcome):
             return Trial(
                 first_seed=first,
                 seed=outcome.seed,

@@ -13,6 +13,7 @@ from protocol.run_settings import SCENARIO_FILE
 from protocol.timeline import PromiseBroken
 from world.judge.judgement import Breach, Judgement, judge, untrue_in
 from world.judge.monitor import Promises
+from world.judge.rules.names import counted, named
 from world.judge.verdict import finite
 from world.record.lines import Line
 from world.record.run_files import check_unchanged
@@ -100,7 +101,7 @@ def contradictions(recorded: Iterable[Breach], judgement: Judgement) -> Iterator
     found = {_who(breach.broken) for breach in judgement.breaches}
     for breach in recorded:
         if _who(breach.broken) not in found:
-            who = f"{breach.broken.invariant}, robot {breach.broken.robot}"
+            who = f"{named(breach.broken.invariant)}, robot {breach.broken.robot}"
             yield f"{who}: recorded as broken at t={breach.t_s} s, but not found again"
 
 
@@ -129,19 +130,24 @@ def sentences(finding: Finding) -> list[str]:
 
 def _sentences(finding: Finding) -> list[str]:
     broken = [
-        f"t={breach.t_s:.3f} s: {breach.broken.invariant}, robot {breach.broken.robot}: "
+        f"t={breach.t_s:.3f} s: {named(breach.broken.invariant)}, robot {breach.broken.robot}: "
         f"{breach.broken.why}{_lengths(breach.broken)}"
         for breach in finding.breaches
     ]
     flaws = [f"not complete: {flaw}" for flaw in finding.flaws]
     ended = [] if finding.ended is None else [f"ended: {finding.ended}"]
-    counts = ", ".join(f"{invariant} {count}" for invariant, count in finding.violations_by_invariant.items())
+    violations = f"violations: {counted(finding.violations_by_invariant) or 'none'}"
     least = (
         f"clearance {_metres(finding.clearance_m_min)} ({finding.clearance_m_required:.4f} m required), "
         f"separation {_metres(finding.separation_m_min)} ({finding.separation_m_required:.4f} m required)"
     )
     word = "kept" if finding.ok else "not proved" if not finding.breaches else "broken"
-    return [*broken, *flaws, *ended, f"{word}: violations {counts}; {least}; {finding.path_m:.3f} m driven"]
+    return [
+        *broken,
+        *flaws,
+        *ended,
+        f"{word}: {violations}; {least}; {finding.path_m:.3f} m driven",
+    ]
 
 
 def _lengths(broken: PromiseBroken) -> str:

@@ -40,14 +40,6 @@ ITEMS_SHOWN = 20  # the order of a strand, not the rays of a scan
 NESTED_SHOWN = 2  # the ends of a gap, not the obstacles in sight
 DIGITS = 4  # after the decimal point: a tenth of a millimetre, as in verdicts
 
-WHEN = click.option(
-    "--color",
-    type=click.Choice(["auto", "always", "never"]),
-    default="auto",
-    show_default=True,
-    help="When to use colours; auto: on a terminal, unless NO_COLOR is set.",
-)
-
 
 def is_coloured(when: str) -> bool:
     """Whether stdout gets colours."""

@@ -103,7 +103,7 @@ def replay_recording(recording: Recording, *, going_on: bool = False) -> Replaye
     for count, turn in enumerate(recording.turns(), start=1):
         if turn.decision is None:
             break
-        decided = _decide(core, turn.input)
+        decided = decide(core, turn.input)
         compared += 1
         if packed(decided) != packed(turn.decision):
             difference = _difference(recording, count, turn.input, turn.decision, decided)
@@ -120,7 +120,8 @@ def replay_recording(recording: Recording, *, going_on: bool = False) -> Replaye
     )
 
 
-def _decide(core: Robot, heard: Input) -> Decision:
+def decide(core: Robot, heard: Input) -> Decision:
+    """The decision of a core on an input, as a journal has it."""
     try:
         return decision(core.handle(heard.event, heard.now_s))
     except Exception as error:  # rule 3
@@ -140,12 +141,13 @@ def _difference(
         number=heard.number,
         kind=heard.kind,
         event=msgspec.to_builtins(heard.event),
-        recorded=_shown(recorded),
-        replayed=_shown(decided),
+        recorded=shown(recorded),
+        replayed=shown(decided),
     )
 
 
-def _shown(decided: Decision) -> Any:  # noqa: ANN401 - plain data, for people and programs
+def shown(decided: Decision) -> Any:  # noqa: ANN401 - plain data
+    """A decision for people and programs."""
     if decided.failed is not None:
         return {"failed": decided.failed}
     return [{"kind": kind, **msgspec.to_builtins(fields)} for kind, fields in decided.commands]

@@ -39,6 +39,10 @@ class Choice:
     robot: int | None = None
     """Entries from this robot, or about it."""
     step: int | None = None
+    rule: tuple[str, ...] = ()
+    """Names of fault rules; wildcards are allowed. Only injections have one."""
+    key: tuple[str, ...] = ()
+    """Keys of messages, as `link/r2/*`. Only injections into messages and refusals have one."""
     from_s: float | None = None
     to_s: float | None = None
 
@@ -46,9 +50,11 @@ class Choice:
         """Whether an entry is chosen."""
         return (
             (not self.source or source in self.source)
-            and (not self.kind or any(fnmatchcase(kind_of(entry.record), kind) for kind in self.kind))
+            and (not self.kind or _matches(kind_of(entry.record), self.kind))
             and (self.robot is None or source == robot_name(self.robot) or names(entry.record, self.robot))
             and (self.step is None or getattr(entry.record, "step", None) == self.step)
+            and (not self.rule or _matches(getattr(entry.record, "rule", None), self.rule))
+            and (not self.key or _matches(getattr(entry.record, "key", None), self.key))
             and (self.from_s is None or entry.t_s >= self.from_s)
             and (self.to_s is None or entry.t_s <= self.to_s)
         )
@@ -62,6 +68,10 @@ def read(run: Path) -> Timeline:
     """
     log = Log(run)
     return Timeline(log.header, tuple(log.lines), log.flaws)
+
+
+def _matches(name: object, patterns: tuple[str, ...]) -> bool:
+    return isinstance(name, str) and any(fnmatchcase(name, pattern) for pattern in patterns)
 
 
 def kind_of(record: Record) -> str:

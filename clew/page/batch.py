@@ -36,6 +36,8 @@ class Subject(Struct, frozen=True, kw_only=True, omit_defaults=True):
     scenario: dict[str, Any]
     """As in the header, unchecked; the next two fields hold the limits derived from it."""
     versions: dict[str, str]
+    asked: dict[str, str] = {}
+    """The files of the request, as TOML: the scenario and the fault plan, as the header has them."""
     clearance_m_required: float | None = None
     """None: the scenario is of another version, so no distance is judged."""
     separation_m_required: float | None = None

@@ -38,7 +38,10 @@ from clew.story.story import Story
 from clew.story.tracks import Tracks, needed
 from protocol.arrays import Floats
 from protocol.errors import UsageError
+from protocol.faults.plan_text import FAULTS_FILE
+from protocol.files.toml_text import toml_text
 from protocol.frames import Point
+from protocol.run_settings import SCENARIO_FILE
 from protocol.timeline import Entry, PoseSampled, StepPlanned
 from world.geometry.clearance import distances
 from world.judge.monitor import Promises
@@ -238,9 +241,19 @@ def _subject(header: Header, folder: str, scenario: Scenario | None) -> Subject:
         started_at=header.started_at,
         scenario=header.scenario,
         versions=header.versions,
+        asked=dict(_asked(header)),
         clearance_m_required=None if promises is None else promises.clearance_m_required,
         separation_m_required=None if promises is None else promises.separation_m_required,
     )
+
+
+def _asked(header: Header) -> Iterator[tuple[str, str]]:
+    for name, table in ((SCENARIO_FILE, header.scenario), (FAULTS_FILE, header.faults)):
+        if table:
+            try:
+                yield name, toml_text(table)
+            except (TypeError, ValueError):  # written by hand: TOML cannot say all that JSON can
+                yield name, msgspec.json.format(msgspec.json.encode(table)).decode()
 
 
 def _is_unknown(header: Header) -> bool:

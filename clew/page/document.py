@@ -19,6 +19,7 @@ from string import Template
 from protocol.errors import UsageError
 
 SCRIPTS = (
+    "map/outline.js",
     *(
         "run/columns.js",
         "run/body.js",
@@ -32,23 +33,32 @@ SCRIPTS = (
     *(
         "map/look.js",
         "map/view.js",
+        "map/shapes.js",
         "map/ground.js",
         "map/layers.js",
         "map/sight.js",
         "map/robots.js",
+        "map/hits.js",
+        "map/legend.js",
         "map/pane.js",
     ),
     *(
         "panels/plots.js",
+        "panels/scrub.js",
+        "panels/tip.js",
         "panels/charts.js",
         "panels/chart_still.js",
         "panels/doings.js",
         "panels/lanes.js",
+        "panels/cause.js",
         "panels/panels.js",
         "panels/nearness.js",
+        "panels/inspector.js",
         "panels/tables.js",
+        "panels/entries.js",
+        "panels/differences.js",
     ),
-    *("app.js", "player.js", "controls.js", "main.js"),
+    *("save/svg.js", "save/pictures.js", "span.js", "app.js", "player.js", "controls.js", "main.js"),
 )
 STYLES = ("styles/theme.css", "styles/page.css", "styles/words.css")
 

@@ -20,10 +20,10 @@ from agents.events import Event as RobotEvent
 from agents.events import OdometryHeard, TokensSeen
 from agents.events import TokenCame as TokenSeen
 from agents.events import TokenWent as TokenMissed
+from agents.process import addresses
 from agents.process.failure import failed
 from agents.process.journal import Given, decided
 from agents.process.points import is_plan
-from clew.rehearsal import addresses
 from clew.rehearsal.actor import Actor, Arrival, Desk
 from clew.rehearsal.exchange import Exchange
 from clew.rehearsal.logbook import Logbook

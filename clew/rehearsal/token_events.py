@@ -3,7 +3,7 @@
 from agents.events import TokenCame as TokenSeen
 from agents.events import TokensSeen
 from agents.events import TokenWent as TokenMissed
-from clew.rehearsal import addresses
+from agents.process import addresses
 from clew.rehearsal.tokens import Change, FirstLook
 from world.events import TokenCame, TokenWent
 

@@ -69,6 +69,11 @@ class State(IntEnum):
         """Whether its process runs no more, or stands still."""
         return State.FAILED <= self <= State.FROZEN
 
+    @property
+    def word(self) -> str:
+        """Its name in lower case, as `backing up`; the live table and the page have words of their own."""
+        return self.name.lower().replace("_", " ")
+
 
 class Process(Enum):
     """A robot's process."""

@@ -1,14 +1,13 @@
 """The story of a run: what has happened, derived once from its entries. Pure; whole, or while it goes on.
 
-    story = Story()
-    for source, entry in lines:            # in the recorder's order
-        story.hear(source, entry)
+    story = story_of(lines)                # in the recorder's order; or entry by entry, with `hear`
     story.robots.changes, story.steps.all(story.robots.changes), ...
 
 The live table, the report page, figures and exports read what it holds; what each of its parts means, and by
 which rules, stands in the part's file. Entries of one source come in their order, sources in any.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from clew.story import links, losses, states, steps, strands
@@ -18,6 +17,7 @@ from clew.story.robots import Robots
 from clew.story.steps import Step, Steps
 from clew.story.strands import Strands
 from protocol.timeline import Entry, FaultInjected, PoseSampled
+from world.record.lines import Line
 
 
 @dataclass(slots=True)
@@ -67,3 +67,11 @@ class Story:
     def all_steps(self) -> tuple[Step, ...]:
         """The switching steps so far, in the order of their times."""
         return self.steps.all(self.robots.changes)
+
+
+def story_of(lines: Iterable[Line]) -> Story:
+    """The story of these entries."""
+    story = Story()
+    for source, entry in lines:
+        story.hear(source, entry)
+    return story

@@ -8,7 +8,8 @@ from enum import StrEnum
 from typing import Any
 
 from clew.fields.built import rectangle
-from clew.fields.field import Field, Kind, scene
+from clew.fields.field import Field, scene
+from clew.fields.kinds import Kind
 from clew.swarm.draws import Draws
 from protocol.files.reading import understand
 from world.scenario.deployment import deployed

@@ -3,29 +3,35 @@
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
-from rich.console import Console
-from rich.table import Table
 
-from clew.bench.plan import PlanFigures, Sample, figures, samples
-from clew.bench.rehearsal import speed
-from clew.campaign.scenes import find_scenes
-from clew.fields.field import BUILDERS, Field, Kind, scene
+from clew.verbs.group import Late, LateGroup
 from clew.verbs.options import AS_JSON, runs_option
 from clew.verbs.say import say_json
 from protocol.errors import UsageError
 from protocol.faults.plan import NO_FAULTS, uniform
 from protocol.faults.plan import load as load_plan
 from protocol.files.reading import understand
-from world.scenario.scenario import Scenario, load
-from world.scenario.scene import as_scenario
+
+if TYPE_CHECKING:
+    from clew.bench.plan import PlanFigures, Sample
+    from world.scenario.scenario import Scenario
 
 LOSS = 0.3
 FIELD_SEED = 1  # of the fields that are measured by default
 
 
-@click.group()
+@click.group(
+    cls=LateGroup,
+    late={
+        "busy": Late("bench_busy:busy", "Run live fleets beside busy processes."),
+        "forming": Late("bench_forming:forming_", "Rehearse queues until they have formed a strand."),
+        "healing": Late("bench_healing:healing", "How soon live fleets replace a lost leader."),
+        "loss": Late("bench_loss:loss", "How long a fleet takes when messages are lost."),
+    },
+)
 def bench() -> None:
     """Measure how long things take on this machine."""
 
@@ -45,6 +51,8 @@ def plan(roots: tuple[Path, ...], *, as_json: bool) -> None:
     For comparison, a textbook planner plans on the same scans: a distance transform, then Dijkstra's
     algorithm over all open cells of a grid as fine as the leader's. It certifies nothing.
     """
+    from clew.bench.plan import figures, samples
+
     names: list[str] = []
     measured: list[Sample] = []
     for name, scenario in _asked(roots) if roots else _fields():
@@ -77,6 +85,12 @@ def rehearsal(scenario: str, runs: int, plans: tuple[str, ...], *, as_json: bool
 
     For comparison, the same number of ticks and messages is timed with cores that do nothing (column bare).
     """
+    from rich.console import Console
+    from rich.table import Table
+
+    from clew.bench.rehearsal import speed
+    from world.scenario.scenario import load
+
     known = load(scenario)
     asked = [load_plan(each) for each in plans] or [NO_FAULTS, uniform(loss=LOSS), load_plan("leader-killed")]
     rows = [speed(known, plan, runs=runs, wall=time.perf_counter) for plan in asked]
@@ -98,19 +112,30 @@ def rehearsal(scenario: str, runs: int, plans: tuple[str, ...], *, as_json: bool
     Console().print(table)
 
 
-def _asked(roots: Sequence[Path]) -> Iterator[tuple[str, Scenario]]:
+def _asked(roots: Sequence[Path]) -> "Iterator[tuple[str, Scenario]]":
+    from clew.campaign.scenes import find_scenes
+    from world.scenario.scenario import load
+
     for found in find_scenes(roots, None):
         yield str(found.path), load(str(found.path))
 
 
-def _fields() -> Iterator[tuple[str, Scenario]]:
+def _fields() -> "Iterator[tuple[str, Scenario]]":
+    from clew.fields.field import BUILDERS, Field, scene
+    from clew.fields.kinds import Kind
+    from world.scenario.scenario import Scenario
+    from world.scenario.scene import as_scenario
+
     for kind in (kind for kind in Kind if kind not in BUILDERS):
         name = f"field {kind} --seed {FIELD_SEED}"
         field = scene(Field(kind=kind, seed=FIELD_SEED))
         yield name, understand(as_scenario(field, name), Scenario, name)
 
 
-def _print(found: PlanFigures) -> None:
+def _print(found: "PlanFigures") -> None:
+    from rich.console import Console
+    from rich.table import Table
+
     table = Table(title=f"{found.plans} plans of {len(found.scenes)} scenes [ms]")
     table.add_column("")
     for column in ("median", "90 %", "longest"):

@@ -7,21 +7,20 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import msgspec
-from rich.table import Table
 
-from clew.bench.busy import BusyFigures, BusyRun, busy_run
-from clew.bench.forming import queue
 from clew.fleet.live import run_fleet
 from clew.verbs.options import AS_JSON, robots_option
 from clew.verbs.say import console, say_json
 from protocol.asked import terminable
 from protocol.exit_codes import ExitCode
 from protocol.files.toml_text import toml_text
-from world.judge.verdict import VERDICT_FILE
-from world.record.run_files import read_verdict
+
+if TYPE_CHECKING:
+    from clew.bench.busy import BusyFigures, BusyRun
 
 BUSY_MAX = 200
 COMPUTES = "while True: pass"
@@ -48,6 +47,8 @@ def busy(
     SCENARIO is one of `clew rehearse`, or `queue`: robots in a straight queue on open ground. Exits with 1
     when a robot was held for dead, a promise was broken, or not all robots arrived.
     """
+    from clew.bench.busy import BusyFigures
+
     runs: list[BusyRun] = []
     with tempfile.TemporaryDirectory(prefix="clew-busy.") as folder, _busy(processes):
         arguments = _arguments(scenario, robots, Path(folder))
@@ -64,6 +65,8 @@ def busy(
 
 
 def _arguments(scenario: str, robots: int | None, folder: Path) -> list[str]:
+    from clew.bench.forming import queue
+
     if scenario == "queue":
         path = folder / "queue.toml"
         path.write_text(toml_text(msgspec.to_builtins(queue(robots or 5))), encoding="utf-8")
@@ -87,13 +90,19 @@ def _busy(processes: int) -> Iterator[None]:
         yield
 
 
-def _run(arguments: list[str], out: Path, seed: int) -> BusyRun:
+def _run(arguments: list[str], out: Path, seed: int) -> "BusyRun":
+    from clew.bench.busy import busy_run
+    from world.judge.verdict import VERDICT_FILE
+    from world.record.run_files import read_verdict
+
     ended = run_fleet([*arguments, "--seed", str(seed), "--out", str(out)], wall_s_max=QUEUE_S_MAX)
     verdict = read_verdict(out) if (out / VERDICT_FILE).exists() else None
     return busy_run(verdict, ended.said, launcher_s=ended.wall_s)
 
 
-def _print(figures: BusyFigures) -> None:
+def _print(figures: "BusyFigures") -> None:
+    from rich.table import Table
+
     table = Table(title=f"Live fleets beside {figures.busy} busy processes on {figures.cores} cores")
     for column in (
         "run",

@@ -1,15 +1,17 @@
 """`clew bench forming`: measures how much work it takes until a fleet drives as one strand."""
 
 import time
+from typing import TYPE_CHECKING
 
 import click
-from rich.table import Table
 
-from clew.bench.forming import BOUND_CPU_S, BOUND_ROBOTS, FLEETS, Forming, forming, is_quick
 from clew.verbs.options import AS_JSON
 from clew.verbs.say import console, say_json
 from protocol.exit_codes import ExitCode
 from protocol.frames import ROBOTS_MAX
+
+if TYPE_CHECKING:
+    from clew.bench.forming import Forming
 
 
 @click.command(name="forming")
@@ -22,6 +24,8 @@ def forming_(ctx: click.Context, fleets: tuple[int, ...], *, as_json: bool) -> N
     Prints the CPU seconds, and how many messages each robot has sent until then. Exits with 1 when a queue
     did not form, or one of up to 200 robots took more than 10 CPU seconds.
     """
+    from clew.bench.forming import FLEETS, forming, is_quick
+
     rows: list[Forming] = []
     for robots in fleets or FLEETS:
         rows.append(forming(robots, cpu=time.process_time))
@@ -33,7 +37,11 @@ def forming_(ctx: click.Context, fleets: tuple[int, ...], *, as_json: bool) -> N
     ctx.exit(ExitCode.OK if is_quick(rows) else ExitCode.FAILED)
 
 
-def _print(rows: list[Forming]) -> None:
+def _print(rows: "list[Forming]") -> None:
+    from rich.table import Table
+
+    from clew.bench.forming import BOUND_CPU_S, BOUND_ROBOTS
+
     table = Table(title=f"Queues until formed; bound: {BOUND_ROBOTS} robots in {BOUND_CPU_S:g} CPU s")
     for column in ("robots", "formed at [s]", "CPU [s]", "messages per robot", "of the coordinator"):
         table.add_column(column, justify="right")

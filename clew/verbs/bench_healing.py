@@ -4,20 +4,19 @@ import os
 import re
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
-from rich.table import Table
 
-from clew.bench.healing import Healing, HealingFigures, LeaderFault, Times, figures_of, healing_in
 from clew.fleet.live import run_fleet
-from clew.log.timeline import read
 from clew.verbs.options import AS_JSON, runs_option
 from clew.verbs.say import console, say_json, warn
 from protocol.asked import terminable
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan_text import FAULTS_FILE, plan_text
-from world.record.recorder import EVENTS_FILE
-from world.scenario.scenario import load
+
+if TYPE_CHECKING:
+    from clew.bench.healing import Healing, HealingFigures, LeaderFault, Times
 
 DRIVES_AGAIN = re.compile(rb'"kind":"strand.healed"(?s:.)*"kind":"order.accepted"[^\n]*"step":[1-9]')
 """The leader's first order after a heal, as the recorder writes it."""
@@ -36,6 +35,9 @@ def healing(ctx: click.Context, scenario: str, *, runs: int, as_json: bool) -> N
     In half of the runs the leader is killed, in the other half it is frozen. Each run ends as soon as its
     strand drives again. Exits with 1 when a time was over its bound or an event never came.
     """
+    from clew.bench.healing import LeaderFault, figures_of
+    from world.scenario.scenario import load
+
     load(scenario)  # report a bad scenario once, before any fleet starts
     rows: list[HealingFigures] = []
     for fault in LeaderFault:
@@ -53,7 +55,11 @@ def healing(ctx: click.Context, scenario: str, *, runs: int, as_json: bool) -> N
     ctx.exit(ExitCode.OK if all(row.ok for row in rows) else ExitCode.FAILED)
 
 
-def _measure(scenario: str, fault: LeaderFault, run: int) -> Healing | None:
+def _measure(scenario: str, fault: "LeaderFault", run: int) -> "Healing | None":
+    from clew.bench.healing import healing_in
+    from clew.log.timeline import read
+    from world.record.recorder import EVENTS_FILE
+
     with tempfile.TemporaryDirectory(prefix="clew-healing.") as folder:
         plan, out = Path(folder) / FAULTS_FILE, Path(folder) / "run"
         plan.write_text(plan_text(fault.plan(run)), encoding="utf-8")
@@ -69,7 +75,9 @@ def _measure(scenario: str, fault: LeaderFault, run: int) -> Healing | None:
         return healing_in(read(out).lines)
 
 
-def _print(rows: list[HealingFigures]) -> None:
+def _print(rows: "list[HealingFigures]") -> None:
+    from rich.table import Table
+
     table = Table(
         title="Fault to detection, detection to succession, fault to first order, to healing [wall-clock s]"
     )
@@ -103,7 +111,7 @@ def _print(rows: list[HealingFigures]) -> None:
     click.echo(f"{word}; load average {min(loads):.1f} to {max(loads):.1f} on {os.cpu_count()} cores.")
 
 
-def _cells(times: Times | None) -> tuple[str, str, str]:
+def _cells(times: "Times | None") -> tuple[str, str, str]:
     if times is None:
         return "-", "-", "-"
     return f"{times.p50_s:.3f}", f"{times.p99_s:.3f}", "-" if times.bound_s is None else f"{times.bound_s:g}"

@@ -3,24 +3,12 @@
 import os
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import msgspec
 
-from clew.bench.loss import (
-    BOUNDS,
-    RATES,
-    Crossing,
-    LossPoint,
-    Reach,
-    loss_plan,
-    rehearsed,
-    slowdowns,
-    table,
-    within_bounds,
-)
 from clew.fleet.live import run_fleet
-from clew.manual.parts import with_part
 from clew.verbs.extras import need
 from clew.verbs.options import AS_JSON, SPEED, runs_option, wall_s_max
 from clew.verbs.say import say_json
@@ -30,9 +18,10 @@ from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
 from protocol.faults.plan_text import FAULTS_FILE, plan_text
 from protocol.root import ROOT
-from world.judge.ending import Ending
-from world.record.run_files import read_verdict
-from world.scenario.scenario import Scenario, load
+
+if TYPE_CHECKING:
+    from clew.bench.loss import Crossing, LossPoint
+    from world.scenario.scenario import Scenario
 
 DOCUMENT = ROOT / "docs" / "measured.md"
 PART, FIGURE = "loss", DOCUMENT.with_name("loss.svg")
@@ -64,6 +53,10 @@ def loss(
     promise was broken, or when loss between robots made the fleet take more than 1.1 times as long (at 50 %)
     or 1.5 times (at 75 %), or kept it from arriving at all (at any rate).
     """
+    from clew.bench.loss import RATES, LossPoint, Reach, loss_plan, rehearsed, within_bounds
+    from clew.manual.parts import with_part
+    from world.scenario.scenario import load
+
     known = load(scenario)
     if write:
         need("matplotlib", extra="plot", by="figures need")  # fail before the runs, not after them
@@ -88,14 +81,18 @@ def loss(
     ctx.exit(ExitCode.OK if broken == 0 and within_bounds(points) else ExitCode.FAILED)
 
 
-def _draw(points: list[LossPoint], title: str) -> None:
-    from clew.bench.loss_chart import loss_chart  # noqa: PLC0415 - only this option needs matplotlib
-    from clew.figures.style import render  # noqa: PLC0415 - imports matplotlib
+def _draw(points: "list[LossPoint]", title: str) -> None:
+    from clew.bench.loss_chart import loss_chart
+    from clew.figures.style import render
 
     FIGURE.write_bytes(render(loss_chart(points, title), ("svg",))["svg"])
 
 
-def _live(scenario: str, known: Scenario, plan: Plan, seed: int, speed: float) -> Crossing:
+def _live(scenario: str, known: "Scenario", plan: Plan, seed: int, speed: float) -> "Crossing":
+    from clew.bench.loss import Crossing
+    from world.judge.ending import Ending
+    from world.record.run_files import read_verdict
+
     with tempfile.TemporaryDirectory(prefix="clew-loss.") as folder:
         path, out = Path(folder) / FAULTS_FILE, Path(folder) / "run"
         path.write_text(plan_text(plan), encoding="utf-8")
@@ -113,8 +110,10 @@ def _live(scenario: str, known: Scenario, plan: Plan, seed: int, speed: float) -
     )
 
 
-def _said(known: Scenario, points: list[LossPoint], *, runs: int, speed: float) -> str:
+def _said(known: "Scenario", points: "list[LossPoint]", *, runs: int, speed: float) -> str:
     """The table, and how it was measured."""
+    from clew.bench.loss import BOUNDS, slowdowns, table
+
     crossings = [each for point in points for each in (*point.rehearsed, *point.live)]
     broken = sum(each.violations for each in crossings)
     loads = [each.load for each in crossings if each.load is not None]
@@ -134,7 +133,7 @@ def _said(known: Scenario, points: list[LossPoint], *, runs: int, speed: float) 
     )
 
 
-def _times(crossings: tuple[Crossing, ...]) -> str:
+def _times(crossings: "tuple[Crossing, ...]") -> str:
     return (
         " ".join("never" if each.time_s is None else f"{each.time_s:.1f}" for each in crossings) or "not run"
     )

@@ -6,26 +6,20 @@ from contextlib import contextmanager
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
-from rich.console import Console
-from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from clew.campaign.campaign import CAMPAIGN_FILE, Campaign, Request, Source, cores, hash_of_source, run
-from clew.campaign.classes import class_table, coverage_table
-from clew.campaign.episode import SWARM
-from clew.campaign.executors.cluster import ClusterLostError, cluster_outcomes
-from clew.campaign.executors.pool import outcomes_of
-from clew.campaign.families import table
 from clew.fleet.folder import RUNS
-from clew.guided.batches import guided_outcomes
-from clew.swarm.futures import read_branches
 from clew.verbs.extras import need
 from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, TIME, robots_option, seeds_option
 from clew.verbs.say import console, say
 from protocol.asked import terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
+
+if TYPE_CHECKING:
+    from clew.campaign.campaign import Campaign, Source
 
 Watch = Callable[[int, int, int], None]
 
@@ -126,6 +120,9 @@ def campaign(
     A surprise is an outcome that no sound fleet has, such as a broken promise. With --faults swarm, each seed
     draws its own small world and the faults in it. Exits with 1 when there was a surprise.
     """
+    from clew.campaign.campaign import CAMPAIGN_FILE, Request, cores, run
+    from clew.campaign.executors.cluster import ClusterLostError
+
     _check(bool(roots), faults, (robots, law, deployment, time_s_max, tight))
     _check_futures(faults, guided=guided, future=future)
     source = _source(executor, scheduler, jobs, guided=guided)
@@ -164,6 +161,8 @@ def _check(has_scenes: bool, faults: str | None, of_scenes: tuple[object, ...]) 
     Raises:
         UsageError: it names the options.
     """
+    from clew.campaign.episode import SWARM
+
     if faults != SWARM:
         if not has_scenes:
             raise UsageError("--scenes: must be given, unless --faults is swarm")
@@ -181,6 +180,9 @@ def _check_futures(faults: str | None, *, guided: bool, future: str | None) -> N
     Raises:
         UsageError: it names the option.
     """
+    from clew.campaign.episode import SWARM
+    from clew.swarm.futures import read_branches
+
     if faults != SWARM and (guided or future is not None):
         raise UsageError("--guided, --future: need --faults swarm")
     if guided and future is not None:
@@ -189,7 +191,7 @@ def _check_futures(faults: str | None, *, guided: bool, future: str | None) -> N
         read_branches(future)
 
 
-def _source(executor: str, scheduler: str | None, jobs: int | None, *, guided: bool) -> Source:
+def _source(executor: str, scheduler: str | None, jobs: int | None, *, guided: bool) -> "Source":
     """What plays the episodes.
 
     Raises:
@@ -198,14 +200,24 @@ def _source(executor: str, scheduler: str | None, jobs: int | None, *, guided: b
     if executor == "processes":
         if scheduler is not None:
             raise UsageError("--scheduler: needs --executor dask")
+        from clew.campaign.executors.pool import outcomes_of
+        from clew.guided.batches import guided_outcomes
+
         return guided_outcomes if guided else outcomes_of
     if scheduler is None or jobs is not None or guided:
         raise UsageError("--executor dask: needs --scheduler, and neither --jobs nor --guided must be given")
     need("distributed", extra="cluster", by="--executor dask needs")
+    from clew.campaign.campaign import hash_of_source
+    from clew.campaign.executors.cluster import cluster_outcomes
+
     return partial(cluster_outcomes, scheduler=scheduler, source_hash=hash_of_source())
 
 
-def _print(result: Campaign, out: Path) -> None:
+def _print(result: "Campaign", out: Path) -> None:
+    from clew.campaign.classes import class_table, coverage_table
+    from clew.campaign.episode import SWARM
+    from clew.campaign.families import in_words, table
+
     out_table = console()
     out_table.print(table(result.families, result.all))
     if result.faults == SWARM:
@@ -222,13 +234,18 @@ def _print(result: Campaign, out: Path) -> None:
     if result.uncovered:
         say(f"not covered: {', '.join(result.uncovered)}")
     word = "INTERRUPTED" if result.interrupted else "OK" if result.ok else "FAILED"
-    done, asked = result.all.episodes, result.episodes_asked
-    click.echo(f"{word}: {done} of {asked} episodes, {len(result.surprises)} surprises. Campaign: {out}")
+    left = result.episodes_asked - result.all.episodes
+    more = f"; surprises: {len(result.surprises)}" if result.surprises else ""
+    more += f"; not played: {left}" if left else ""
+    click.echo(f"{word}: {in_words(result.episodes)}{more}. Campaign: {out}")
 
 
 @contextmanager
 def _watching() -> Iterator[Watch]:
     """Shows the progress: a bar on a terminal, otherwise a line for each 5 %."""
+    from rich.console import Console
+    from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
     if not sys.stderr.isatty():
         yield _report
         return

@@ -5,17 +5,13 @@ import shutil
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import msgspec
-from rich.table import Table
 
-from clew.campaign.campaign import write_drawn
-from clew.campaign.chaos import Chaos, ChaosRun, judge_run, replay_line, sum_up
-from clew.campaign.episode import drawn_plan_path
 from clew.fleet.folder import RUNS, make_folder
 from clew.fleet.live import run_fleet
-from clew.swarm.swarm import draw
 from clew.verbs.options import AS_JSON, SEED, SPEED, runs_option, wall_s_max
 from clew.verbs.say import console, say, warn
 from protocol.asked import AskedToEnd, terminable
@@ -23,6 +19,11 @@ from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.files.writing import make_folder as make_private
 from protocol.files.writing import write_whole
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from clew.campaign.chaos import Chaos, ChaosRun
 
 CHAOS_FILE = "chaos.json"
 
@@ -50,6 +51,8 @@ def chaos(ctx: click.Context, *, runs: int, speed: float, seed: int, out: Path |
     did not arrive are kept. Exits with 1 when a run had trouble: a violation, books that do not balance, a
     log with gaps, a launcher that refuses, or something left behind.
     """
+    from clew.campaign.chaos import sum_up
+
     folder = out or RUNS / f"chaos-{datetime.now(UTC):%Y%m%dT%H%M%SZ}"
     make_folder(folder)  # empty now, so everything in it later is from this call and may be removed
     done: list[ChaosRun] = []
@@ -72,8 +75,13 @@ def chaos(ctx: click.Context, *, runs: int, speed: float, seed: int, out: Path |
     ctx.exit(asked or (ExitCode.OK if result.ok else ExitCode.FAILED))
 
 
-def _play(seed: int, speed: str, folder: Path) -> ChaosRun:
+def _play(seed: int, speed: str, folder: Path) -> "ChaosRun":
     """Run one fleet; its folder is kept if the run had trouble or did not arrive."""
+    from clew.campaign.campaign import write_drawn
+    from clew.campaign.chaos import judge_run, replay_line
+    from clew.campaign.episode import drawn_plan_path
+    from clew.swarm.swarm import draw
+
     swarm, path, run = draw(seed), folder / "drawn" / f"{seed}.toml", folder / f"run-{seed}"
     write_drawn(seed, path)
     plan = drawn_plan_path(str(path))
@@ -89,12 +97,12 @@ def _play(seed: int, speed: str, folder: Path) -> ChaosRun:
     return judged
 
 
-def _sentence(run: ChaosRun, number: int, runs: int) -> str:
+def _sentence(run: "ChaosRun", number: int, runs: int) -> str:
     outcome = "; ".join(run.troubles) or ("arrived" if run.arrived else f"did not arrive: {run.reason}")
     return f"chaos: {number} of {runs}, seed {run.seed}: {outcome} ({run.wall_s:.0f} s)"
 
 
-def _print(result: Chaos, folder: Path) -> None:
+def _print(result: "Chaos", folder: Path) -> None:
     console().print(_table(result.each))
     for run in result.each:
         for trouble in run.troubles:
@@ -114,7 +122,9 @@ def _print(result: Chaos, folder: Path) -> None:
     )
 
 
-def _table(runs: Sequence[ChaosRun]) -> Table:
+def _table(runs: "Sequence[ChaosRun]") -> "Table":
+    from rich.table import Table
+
     counts = ("arrived", "broken", "sent", "injected", "refused", "lost")
     drawn = Table("seed", "faults", *counts, "log", "left", "sim, s", "wall, s", "load")
     for column in (drawn.columns[0], *drawn.columns[2:]):

@@ -1,19 +1,25 @@
 """`clew explore`: every schedule with few faults, of the cores that ship, in a small world."""
 
-import click
-from rich.table import Table
+from typing import TYPE_CHECKING
 
-from clew.explore.explore import Round, explore, story
-from clew.explore.search import Ended
-from clew.explore.setting import SETTINGS, Setting, adjusted
-from clew.explore.without import RULES, explore_without
+import click
+
 from clew.verbs.options import AS_JSON, Word, robots_option
 from clew.verbs.say import console, say_json, warn
 from protocol.exit_codes import ExitCode
 
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from clew.explore.explore import Round
+    from clew.explore.setting import Setting
+
+SETTING_NAMES = ("start", "turns", "drive", "heal", "cut", "middle", "orders", "rejoin", "round", "late")
+RULE_NAMES = ("F1", "F2", "F3", "F4", "F5", "F6")
+
 
 @click.command("explore")
-@click.argument("setting", type=Word(list(SETTINGS)), default="start")
+@click.argument("setting", type=Word(SETTING_NAMES), default="start")
 @robots_option("Number of robots, at most the setting's.")
 @click.option(
     "--faults", type=click.IntRange(0, 4), help="Explore all schedules with so many faults at most."
@@ -27,7 +33,7 @@ from protocol.exit_codes import ExitCode
 @click.option(
     "--recovers", is_flag=True, help="After the faults all robots that live have to form a strand and drive."
 )
-@click.option("--without", "rule", type=Word(list(RULES)), help="Remove this rule from a copy of the source.")
+@click.option("--without", "rule", type=Word(RULE_NAMES), help="Remove this rule from a copy of the source.")
 @click.option(
     "--seconds",
     type=click.FloatRange(0.0, min_open=True),
@@ -58,6 +64,11 @@ def explore_verb(
     possible. With --without a rule is removed first, in the setting that shows it; then it exits with 1 if
     nothing breaks.
     """
+    from clew.explore.explore import explore, story
+    from clew.explore.search import Ended
+    from clew.explore.setting import SETTINGS, adjusted
+    from clew.explore.without import RULES, explore_without
+
     if recovers and (rule is not None or not SETTINGS[setting].has_way_for_all):
         raise click.UsageError("--recovers is for settings with a way for all robots, and not for --without")
     if rule is not None:
@@ -81,7 +92,9 @@ def explore_verb(
     ctx.exit(ExitCode.FAILED if broken is (rule is None) else ExitCode.OK)
 
 
-def _sentence(each: Round) -> str:
+def _sentence(each: "Round") -> str:
+    from clew.explore.search import Ended
+
     explored = each.explored
     if explored.broken is not None:
         return f"{explored.broken.promise} breaks with {explored.faults} faults: {explored.broken.why}"
@@ -93,7 +106,11 @@ def _sentence(each: Round) -> str:
     return sentence + slowest
 
 
-def _table(setting: Setting, done: list[Round]) -> Table:
+def _table(setting: "Setting", done: "list[Round]") -> "Table":
+    from rich.table import Table
+
+    from clew.explore.search import Ended
+
     drawn = Table(
         "faults at most", "schedules", "states", "transitions", "depth", "ended", "CPU, s",
         title=f"{setting.name}: {setting.about}; faults in {setting.deliveries} deliveries",

@@ -9,8 +9,8 @@ from typing import Any
 
 import click
 
-from clew.verbs.log import RUN
-from clew.verbs.options import robots_option
+from clew.verbs.group import LateGroup
+from clew.verbs.options import RUN, robots_option
 from protocol.faults.manual_faults import EndRequest, FaultRequest, HaltRequest, request_fault
 from protocol.faults.rules import Rule
 from protocol.files.names import did_you_mean
@@ -67,7 +67,7 @@ MESSAGES = (
 )
 
 
-@click.group()
+@click.group(cls=LateGroup)
 @RUN
 @click.pass_context
 def fault(ctx: click.Context, run: Path) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from clew.fields.field import DENSITY, ROBOT_RADIUS_M, SIZE_M, WIDTH_RADII, Field, Kind, scene
+from clew.fields.kinds import DENSITY, ROBOT_RADIUS_M, SIZE_M, WIDTH_RADII, Kind
 from clew.verbs.options import Word, seeds_option
 from protocol.errors import UsageError
 from protocol.files.reading import understand
@@ -67,6 +67,8 @@ def field(kinds: tuple[str, ...], *, seeds: tuple[int, ...], out: Path | None, *
 
     The same options print the same scene on any machine. Example: clew field corridors --seed 3 > maze.json
     """
+    from clew.fields.field import Field, scene
+
     drawn = (
         (kind, seed, scene(understand({**asked, "kind": kind, "seed": seed}, Field, "clew field")))
         for kind, seed in product(kinds, seeds)

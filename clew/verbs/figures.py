@@ -43,8 +43,8 @@ def figures(source: Path, *, out: Path | None, formats: tuple[str, ...], as_json
     figure that cannot be drawn is named on stderr; the others are drawn.
     """
     need("matplotlib", extra="plot", by="figures need")
-    from clew.figures.draw import charts_in, write  # noqa: PLC0415 - only this verb needs matplotlib
-    from clew.figures.style import LeftOut  # noqa: PLC0415 - imports matplotlib
+    from clew.figures.draw import charts_in, write
+    from clew.figures.style import LeftOut
 
     charts, flaws = charts_in(source)
     for flaw in flaws:

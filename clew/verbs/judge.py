@@ -2,19 +2,18 @@
 
 import dataclasses
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import msgspec
 
-from clew.judge.agree import disagreements
-from clew.judge.poses import Finding, judge
-from clew.judge.truth import UnreadableError, read_run, read_scene_file, scene_of
 from clew.verbs.options import AS_JSON
 from clew.verbs.say import say, say_json
 from protocol.errors import UsageError
 from protocol.files.opening import MADE_BYTES_MAX, open_regular, read_bytes
-from world.judge.verdict import VERDICT_FILE
-from world.record.recorder import EVENTS_FILE
+
+if TYPE_CHECKING:
+    from clew.judge.poses import Finding
 
 
 @click.command("judge")
@@ -31,6 +30,12 @@ def judge_verb(ctx: click.Context, run: Path, scene: Path | None, *, as_json: bo
 
     Exits with 1 when a promise was broken, the fleet did not arrive, or verdict.json says otherwise.
     """
+    from clew.judge.agree import disagreements
+    from clew.judge.poses import judge
+    from clew.judge.truth import UnreadableError, read_run, read_scene_file, scene_of
+    from world.judge.verdict import VERDICT_FILE
+    from world.record.recorder import EVENTS_FILE
+
     folder = run if run.is_dir() else run.parent
     try:
         with open_regular(run / EVENTS_FILE if run.is_dir() else run) as lines:
@@ -52,13 +57,16 @@ def judge_verb(ctx: click.Context, run: Path, scene: Path | None, *, as_json: bo
 
 
 def _verdict(folder: Path) -> dict[str, object]:
+    from clew.judge.truth import UnreadableError
+    from world.judge.verdict import VERDICT_FILE
+
     try:
         return msgspec.json.decode(read_bytes(folder / VERDICT_FILE, MADE_BYTES_MAX), type=dict[str, object])
     except msgspec.MsgspecError as error:
         raise UnreadableError(f"{VERDICT_FILE}: {error}") from error
 
 
-def _print(finding: Finding, wrong: list[str] | None, *, ok: bool) -> None:
+def _print(finding: "Finding", wrong: list[str] | None, *, ok: bool) -> None:
     for name in ("clearance", "moving_clearance", "separation"):
         least = getattr(finding, name)
         say(f"least {name.replace('_', ' ')}: {'none' if least is None else least}")

@@ -1,23 +1,31 @@
 """`clew log`: reads and judges timelines."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import msgspec
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
-from clew.log.check import check, sentences
-from clew.log.log import Log
-from clew.log.summary import Judged, Summary, summarise
-from clew.verbs.options import AS_JSON
+from clew.verbs.group import Late, LateGroup
+from clew.verbs.options import AS_JSON, RUN
 from protocol.plain import plain
 
-RUN = click.argument("run", type=click.Path(path_type=Path))
+if TYPE_CHECKING:
+    from rich.text import Text
+
+    from clew.log.summary import Judged, Summary
 
 
-@click.group()
+@click.group(
+    cls=LateGroup,
+    late={
+        "cat": Late("log_cat:cat", "Print the entries of a timeline as sentences."),
+        "diff": Late("log_diff:diff", "Show the first difference of two runs."),
+        "messages": Late("log_messages:messages", "Print what was heard, and what was lost on the way."),
+        "why": Late("log_why:why", "Show which scan, messages and decisions led to an entry."),
+        "export": Late("log_export:export", "Export a timeline as MCAP, CSV or Parquet."),
+    },
+)
 def log() -> None:
     """Read, check, compare and export timelines.
 
@@ -30,6 +38,9 @@ def log() -> None:
 @AS_JSON
 def info(run: Path, *, as_json: bool) -> None:
     """Summarise a timeline: what was run, how it ended, and the number of entries of each kind."""
+    from clew.log.log import Log
+    from clew.log.summary import summarise
+
     summary = summarise(Log(run), run)
     if as_json:
         click.echo(msgspec.json.encode(summary).decode())
@@ -46,6 +57,9 @@ def check_log(ctx: click.Context, run: Path, *, as_json: bool) -> None:
 
     docs/verdict.md lists the invariants. Exits with 1 when one was broken or the log is not complete.
     """
+    from clew.log.check import check, sentences
+    from clew.log.log import Log
+
     finding = check(Log(run))
     if as_json:
         click.echo(msgspec.json.encode(finding).decode())
@@ -54,7 +68,10 @@ def check_log(ctx: click.Context, run: Path, *, as_json: bool) -> None:
     ctx.exit(0 if finding.ok else 1)
 
 
-def _print_summary(summary: Summary) -> None:
+def _print_summary(summary: "Summary") -> None:
+    from rich.console import Console
+    from rich.table import Table
+
     console = Console()
     facts = Table(show_header=False, box=None)
     for name in ("run", "folder", "scenario", "law", "robots", "seed", "sim_s", "last_entry_s", "ended"):
@@ -72,12 +89,14 @@ def _print_summary(summary: Summary) -> None:
         console.print(_said(f"not complete: {flaw}"), style="bold")
 
 
-def _said(text: str) -> Text:
+def _said(text: str) -> "Text":
     """Text from a log, without escape sequences and without rich markup."""
+    from rich.text import Text
+
     return Text(plain(text))
 
 
-def _judged(verdict: Judged | None) -> str:
+def _judged(verdict: "Judged | None") -> str:
     if verdict is None:
         return "none"
     return f"{'OK' if verdict.ok else 'FAILED'}: {verdict.reason}"

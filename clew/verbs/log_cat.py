@@ -1,6 +1,5 @@
 """`clew log cat`: prints the entries of a timeline, one a line; of a running fleet, as they come."""
 
-import asyncio
 import os
 import sys
 from collections.abc import Callable
@@ -13,18 +12,12 @@ from typing import get_args
 import click
 import msgspec
 
-from clew.log.follow import follow
-from clew.log.line import WHEN, fields_of, is_coloured, one_line
-from clew.log.log import Log
-from clew.log.timeline import Choice, kind_of
-from clew.verbs.log import RUN
-from clew.verbs.options import AS_JSON
+from clew.verbs.options import AS_JSON, COLOR, RUN
 from clew.verbs.say import warn
 from protocol.files.names import did_you_mean
 from protocol.plain import plain
 from protocol.timeline import Entry, Record
 from protocol.timeline.sentences import sentence
-from world.record.recorder import line
 
 Say = Callable[[str, Entry], None]
 KINDS = tuple(each.__struct_config__.tag for each in get_args(Record))
@@ -38,13 +31,21 @@ AT_ONCE = 1000  # lines in one write, because each write is a system call
 @click.option("--without", multiple=True, help="No entries of this kind, for example 'pose.*'; repeatable.")
 @click.option("--robot", type=int, help="Only entries by this robot or about it, including faults.")
 @click.option("--step", type=int, help="Only entries of this switching step of the leader.")
+@click.option(
+    "--rule", multiple=True, help="Only injections of this fault rule, for example 'kill-*'; repeatable."
+)
+@click.option(
+    "--key",
+    multiple=True,
+    help="Only entries about messages on this key, for example 'link/r2/*'; repeatable.",
+)
 @click.option("--from", "from_s", type=float, help="Only entries from this time on [simulated s].")
 @click.option("--to", "to_s", type=float, help="Only entries up to this time [simulated s].")
 @click.option(
     "--follow", "following", is_flag=True, help="Wait for new entries until the run has ended or Ctrl-C."
 )
 @click.option("--fields", is_flag=True, help="Print the fields of each entry instead of a sentence.")
-@WHEN
+@COLOR
 @AS_JSON
 def cat(
     run: Path,
@@ -58,9 +59,13 @@ def cat(
 ) -> None:
     """Print the entries of a timeline, each as a sentence on a line.
 
-    Options choose entries by source, kind, robot, step and time. With --follow, the run may still be going
-    on, or may not have started yet.
+    Options choose entries by source, kind, robot, step, fault rule, key of a message, and time. With
+    --follow, the run may still be going on, or may not have started yet.
     """
+    from clew.log.line import fields_of, is_coloured, one_line
+    from clew.log.timeline import Choice, kind_of
+    from world.record.recorder import line
+
     chosen, coloured = msgspec.convert(choice, Choice), is_coloured(color) and not as_json
     printer = _Printer(1 if following or sys.stdout.isatty() else AT_ONCE, coloured=coloured)
 
@@ -75,6 +80,8 @@ def cat(
 
     try:
         if following:
+            import asyncio
+
             asyncio.run(_follow(run, say))
             flaws: tuple[str, ...] = ()  # warned of as they came
         else:
@@ -119,6 +126,8 @@ def _none_matches(patterns: tuple[str, ...]) -> str:
 
 
 def _read(run: Path, say: Say) -> tuple[str, ...]:
+    from clew.log.log import Log
+
     read = Log(run)
     for source, entry in read.lines:
         say(source, entry)
@@ -126,6 +135,8 @@ def _read(run: Path, say: Say) -> tuple[str, ...]:
 
 
 async def _follow(run: Path, say: Say) -> None:
+    from clew.log.follow import follow
+
     async with aclosing(follow(run)) as all_news:
         async for news in all_news:
             for heard in news.heard:

@@ -3,27 +3,19 @@
 from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 import msgspec
 
-from clew.log.diff import (
-    NO_DIFFERENCE,
-    NO_DIFFERENCE_OF_STEPS,
-    Difference,
-    first_difference,
-    headers_apart,
-    steps_of,
-)
-from clew.log.line import WHEN, fields_of, is_coloured, one_line
-from clew.log.log import Log
-from clew.rehearsal.recorded import EPOCH
-from clew.verbs.options import AS_JSON, Word
+from clew.verbs.options import AS_JSON, COLOR, Word
 from clew.verbs.say import warn
 from protocol.plain import plain
 from world.record.lines import Line
-from world.record.recorder import line
+
+if TYPE_CHECKING:
+    from clew.log.diff import Difference
+    from clew.log.log import Log
 
 FIELDS_SHOWN = 8  # all 360 rays of a scan may differ
 PATH = click.Path(path_type=Path)
@@ -46,7 +38,7 @@ PATH = click.Path(path_type=Path)
     show_default=True,
     help="How much numbers may differ.",
 )
-@WHEN
+@COLOR
 @AS_JSON
 @click.pass_context
 def diff(ctx: click.Context, a: Path, b: Path, *, by: str, within: float, color: str, as_json: bool) -> None:
@@ -55,6 +47,11 @@ def diff(ctx: click.Context, a: Path, b: Path, *, by: str, within: float, color:
     Two rehearsals with one seed are the same. Clocks, process ids and names of runs are ignored. Exits with 1
     when the runs differ.
     """
+    from clew.log.diff import headers_apart
+    from clew.log.line import is_coloured
+    from clew.log.log import Log
+    from clew.rehearsal.recorded import EPOCH
+
     ours, theirs = Log(a), Log(b)
     asked = headers_apart(ours.header, theirs.header)
     found = _found(ours, theirs, by_step=by == "step", within=within)
@@ -81,8 +78,10 @@ def diff(ctx: click.Context, a: Path, b: Path, *, by: str, within: float, color:
     ctx.exit(0 if same else 1)
 
 
-def _found(ours: Log, theirs: Log, *, by_step: bool, within: float) -> Difference | None:
+def _found(ours: "Log", theirs: "Log", *, by_step: bool, within: float) -> "Difference | None":
     """The first difference. Both logs are read to the end, so that all their flaws are known."""
+    from clew.log.diff import NO_DIFFERENCE, NO_DIFFERENCE_OF_STEPS, first_difference, steps_of
+
     a, b = ours.lines, theirs.lines
     if by_step:
         found = first_difference(steps_of(a), steps_of(b), but=NO_DIFFERENCE_OF_STEPS, within=within)
@@ -93,7 +92,7 @@ def _found(ours: Log, theirs: Log, *, by_step: bool, within: float) -> Differenc
     return found
 
 
-def _sentences(found: Difference | None, *, same: bool, coloured: bool) -> Iterator[str]:
+def _sentences(found: "Difference | None", *, same: bool, coloured: bool) -> Iterator[str]:
     if found is None:
         yield "the same" if same else "no entry differs"
         return
@@ -111,6 +110,8 @@ def _sentences(found: Difference | None, *, same: bool, coloured: bool) -> Itera
 
 
 def _line(line: Line, *, coloured: bool) -> str:
+    from clew.log.line import fields_of, one_line
+
     source, entry = line
     return one_line(source, entry, fields_of(entry.record, exact=True), coloured=coloured)
 
@@ -120,7 +121,7 @@ def _some(names: tuple[str, ...]) -> str:
     return plain(", ".join(names[:FIELDS_SHOWN])) + (f" and {more} more" if more > 0 else "")
 
 
-def _raws(found: Difference | None) -> dict[str, Any] | None:
+def _raws(found: "Difference | None") -> dict[str, Any] | None:
     """A difference, with its entries as in the log."""
     if found is None:
         return None
@@ -137,4 +138,6 @@ def _raws(found: Difference | None) -> dict[str, Any] | None:
 
 def _raw(entry: Line | None) -> msgspec.Raw | None:
     """The line of the log."""
+    from world.record.recorder import line
+
     return None if entry is None else msgspec.Raw(line(*entry).rstrip())

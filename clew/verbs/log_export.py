@@ -4,16 +4,18 @@ import json
 from dataclasses import asdict
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from clew.export.exported import Exported
-from clew.log.log import Log
 from clew.verbs.extras import need
 from clew.verbs.options import AS_JSON, Word
 from clew.verbs.say import warn
 from protocol.asked import terminable
 from protocol.errors import UsageError
+
+if TYPE_CHECKING:
+    from clew.export.exported import Exported
 
 FORMATS = {
     "mcap": ("foxglove", "clew.export.mcap_file", "events.mcap"),
@@ -36,6 +38,8 @@ def export(run: Path, *, to: str, out: Path | None, as_json: bool) -> None:
 
     An earlier export is replaced. Parts of the log that cannot be read are named on stderr and left out.
     """
+    from clew.log.log import Log
+
     needed, writer, name = FORMATS[to]
     if needed is not None:
         need(needed, extra=to, by="this export needs")

@@ -1,16 +1,20 @@
 """`clew mutants`: plants bugs in copies of the source, which a swarm campaign must catch."""
 
-import click
-from rich.table import Table
+from typing import TYPE_CHECKING
 
-from clew.campaign.mutant import Mutant
-from clew.campaign.mutants import Caught, run_mutant
-from clew.campaign.mutants_list import MUTANTS
-from clew.guided.mutants import Compared, Comparison, compare, summed_up
+import click
+
 from clew.verbs.options import AS_JSON
 from clew.verbs.say import console, say_json
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from clew.campaign.mutant import Mutant
+    from clew.campaign.mutants import Caught
+    from clew.guided.mutants import Compared, Comparison
 
 
 @click.command()
@@ -46,6 +50,9 @@ def mutants(
     Each mutant is a copy of our source with one bug. Exits with 1 when a mutant was not caught within its
     number of seeds.
     """
+    from clew.campaign.mutants import run_mutant
+    from clew.campaign.mutants_list import MUTANTS
+
     if unknown := sorted(set(names) - {mutant.name for mutant in MUTANTS}):
         raise UsageError(
             f"--mutant {unknown[0]}: must be one of {', '.join(mutant.name for mutant in MUTANTS)}"
@@ -70,7 +77,9 @@ def mutants(
     ctx.exit(ExitCode.OK if all(each.ok for each in caught) else ExitCode.FAILED)
 
 
-def _compare(chosen: list[Mutant], trials: int, cpu_s_max: float) -> Comparison:
+def _compare(chosen: "list[Mutant]", trials: int, cpu_s_max: float) -> "Comparison":
+    from clew.guided.mutants import compare, summed_up
+
     compared: list[Compared] = []
     for mutant in chosen:
         compared.append(each := compare(mutant, trials, cpu_s_max))
@@ -79,8 +88,10 @@ def _compare(chosen: list[Mutant], trials: int, cpu_s_max: float) -> Comparison:
     return summed_up(compared)
 
 
-def _comparison_table(comparison: Comparison) -> Table:
+def _comparison_table(comparison: "Comparison") -> "Table":
     """The medians of all mutants, guided and uniform."""
+    from rich.table import Table
+
     drawn = Table("mutant", "seeds", "uniform", "times", "CPU, s", "uniform", "times", "caught")
     for column in drawn.columns[1:]:
         column.justify = "right"
@@ -105,18 +116,24 @@ def _figure(figure: float | None, decimals: int = 0) -> str:
     return "-" if figure is None else f"{figure:.{decimals}f}"
 
 
-def _sentence(caught: Caught) -> str:
+def _sentence(caught: "Caught") -> str:
     if caught.by is None:
         return f"{caught.mutant} was NOT caught in {caught.seeds} seeds"
+    if caught.seed is None:
+        return f"{caught.mutant} was caught by {caught.reason}"
     return f"{caught.mutant} was caught by {caught.by} in seed {caught.seed}"
 
 
-def _table(caught: list[Caught]) -> Table:
+def _table(results: "list[Caught]") -> "Table":
+    from rich.table import Table
+
+    from clew.campaign.mutants_list import MUTANTS
+
     rules = {mutant.name: mutant.rule for mutant in MUTANTS}
     drawn = Table("mutant", "rule that it breaks", "caught by", "after seeds", "of", "CPU, s")
     for column in drawn.columns[3:]:
         column.justify = "right"
-    for each in caught:
+    for each in results:
         drawn.add_row(
             each.mutant,
             rules[each.mutant],
@@ -125,4 +142,7 @@ def _table(caught: list[Caught]) -> Table:
             str(each.seeds_max),
             f"{each.cpu_s:.1f}",
         )
+    caught = sum(each.ok for each in results)
+    seeds, cpu_s = sum(each.seeds for each in results), sum(each.cpu_s for each in results)
+    drawn.add_row("all", "", f"{caught} of {len(results)}", str(seeds), "", f"{cpu_s:.1f}")
     return drawn

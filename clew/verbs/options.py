@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar
 
 import click
@@ -12,6 +13,7 @@ from protocol import laws
 from protocol.errors import UsageError
 from protocol.files.names import did_you_mean
 from protocol.frames import ROBOTS_MAX
+from protocol.root import LAUNCH
 from protocol.run_settings import SEED_MAX, SPEED_MAX
 from world.scenario.sections import TIME_S_MAX
 
@@ -44,6 +46,17 @@ class LawName(click.ParamType[str]):
     ) -> list[CompletionItem]:
         """The names that begin so."""
         return [CompletionItem(name) for name in laws.names() if name.startswith(incomplete)]
+
+
+def _complete(folder: str) -> Callable[[click.Context, click.Parameter, str], list[CompletionItem]]:
+    """Completes names of shipped files, and paths."""
+
+    def complete(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        names = sorted(path.stem for path in (LAUNCH / folder).glob("*.toml"))
+        found = [CompletionItem(name) for name in names if name.startswith(incomplete)]
+        return found or [CompletionItem(incomplete, type="file")]
+
+    return complete
 
 
 ROBOTS = click.IntRange(1, ROBOTS_MAX)
@@ -112,8 +125,13 @@ TIME = click.option(
     type=click.FloatRange(0.0, TIME_S_MAX, min_open=True),
     help="Simulated time after which a run fails [s], instead of the scenario's.",
 )
+RUN = click.argument("run", type=click.Path(path_type=Path))
+SCENARIO = click.argument("scenario", default="grove", shell_complete=_complete("scenarios"))
 FAULTS = click.option(
-    "--faults", metavar="PLAN", help="Fault plan: a name in launch/faults/, or a .toml file."
+    "--faults",
+    metavar="PLAN",
+    shell_complete=_complete("faults"),
+    help="Fault plan: a name in launch/faults/, or a .toml file.",
 )
 SPEED = click.option(
     "--speed",
@@ -121,6 +139,15 @@ SPEED = click.option(
     default=2.0,
     show_default=True,
     help="Speed of live fleets, times real time.",
+)
+
+
+COLOR = click.option(
+    "--color",
+    type=click.Choice(["auto", "always", "never"]),
+    default="auto",
+    show_default=True,
+    help="When to use colours; auto: on a terminal, unless NO_COLOR is set.",
 )
 
 

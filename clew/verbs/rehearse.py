@@ -7,20 +7,14 @@ from pathlib import Path
 import click
 
 from clew.fleet.folder import RUNS, folder_name, make_folder, make_latest
-from clew.fleet.summary import report
-from clew.log import timeline
-from clew.rehearsal.processes import check_rehearsable
-from clew.rehearsal.recorded import rehearse as rehearse_into
-from clew.verbs.options import AS_JSON, DEPLOYMENT, FAULTS, LAW, SEED, TIME, robots_option
+from clew.verbs.options import AS_JSON, DEPLOYMENT, FAULTS, LAW, SCENARIO, SEED, TIME, robots_option
 from clew.verbs.say import warn
 from protocol.faults.plan import NO_FAULTS
 from protocol.faults.plan import load as load_plan
-from world.judge.verdict import VERDICT_FILE
-from world.scenario.scenario import load
 
 
 @click.command()
-@click.argument("scenario", default="grove")
+@SCENARIO
 @robots_option("Number of robots, instead of the scenario's.")
 @click.option("--seed", type=SEED, default=1, show_default=True, help="Decides every random draw.")
 @LAW
@@ -50,6 +44,13 @@ def rehearse(
     The same seed gives the same timeline, to the byte. SCENARIO is a name in launch/scenarios/ or a file. The
     run's folder, the summary and the exit code are those of launch/fleet.sh.
     """
+    from clew.fleet.summary import report
+    from clew.log import timeline
+    from clew.rehearsal.processes import check_rehearsable
+    from clew.rehearsal.recorded import rehearse as rehearse_into
+    from world.judge.verdict import VERDICT_FILE
+    from world.scenario.scenario import load
+
     loaded = load(scenario, robots=robots, law=law, deployment=deployment, time_s_max=time_s_max, seed=seed)
     plan = NO_FAULTS if faults is None else load_plan(faults)
     check_rehearsable(plan, loaded.mission())

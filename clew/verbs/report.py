@@ -4,14 +4,13 @@ from pathlib import Path
 
 import click
 
-from clew.page.report import REPORT_FILE, write_report
 from clew.verbs.say import warn
 
 
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path))
 @click.option(
-    "--out", type=click.Path(path_type=Path), help=f"File to write; default: {REPORT_FILE} beside the log."
+    "--out", type=click.Path(path_type=Path), help="File to write; default: report.html beside the log."
 )
 def report(run: Path, *, out: Path | None) -> None:
     """Write one HTML file that shows what happened in a run, and why.
@@ -19,6 +18,8 @@ def report(run: Path, *, out: Path | None) -> None:
     RUN is the folder of a run, or its events.jsonl. The file opens in any browser and requests nothing from
     the network. The verb prints its path. It replaces an earlier report, but no other file.
     """
+    from clew.page.report import write_report
+
     path, flaws = write_report(run, out)
     for flaw in flaws:
         warn(f"not complete: {flaw}")

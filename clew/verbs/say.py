@@ -1,12 +1,15 @@
 """Prints for people and for programs. Text from a log or a file cannot control the terminal."""
 
 import sys
+from typing import TYPE_CHECKING
 
 import click
 import msgspec
-from rich.console import Console
 
 from protocol.plain import plain
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 PIPE_COLUMNS = 140  # a table's width where stdout is no terminal
 
@@ -26,6 +29,8 @@ def say_json(value: object) -> None:
     click.echo(msgspec.json.format(msgspec.json.encode(value)).decode())
 
 
-def console() -> Console:
+def console() -> "Console":
     """A console for tables on stdout."""
+    from rich.console import Console
+
     return Console() if sys.stdout.isatty() else Console(width=PIPE_COLUMNS)

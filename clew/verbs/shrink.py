@@ -3,18 +3,12 @@
 import shlex
 from itertools import chain, count
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import msgspec
 
-from clew.campaign.campaign import CAMPAIGN_FILE, Campaign
-from clew.campaign.episode import SWARM
-from clew.campaign.failures import Case, Failure, failure_in, failure_of, failure_of_outcome
-from clew.campaign.shrink import shrink
 from clew.fleet.folder import make_folder
-from clew.log import timeline
-from clew.swarm.futures import draw_future, read_branches
-from clew.swarm.swarm import Mode, draw
 from clew.verbs.options import SEED
 from clew.verbs.say import warn
 from protocol.errors import UsageError
@@ -26,9 +20,10 @@ from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from protocol.files.reading import understand
 from protocol.files.toml_text import toml_text
 from protocol.files.writing import write_whole
-from world.record.recorder import EVENTS_FILE, Header
-from world.record.run_files import read_verdict
-from world.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from clew.campaign.failures import Case, Failure
+    from world.record.recorder import Header
 
 SHRUNK_FOLDER, WORLD_FILE = "shrunk", "world.toml"
 
@@ -49,6 +44,10 @@ def shrink_verb(ctx: click.Context, run: Path, *, seed: int | None, out: Path | 
     prints the plan and the command line that replays it. An earlier result stays: the next one is in
     shrunk-2/. Exits with 1 when the run did not fail, or fails in another way when it is rehearsed again.
     """
+    from clew.campaign.failures import failure_of
+    from clew.campaign.shrink import shrink
+    from world.record.recorder import EVENTS_FILE
+
     case, recorded = _run(run) if (run / EVENTS_FILE).exists() else _episode(run, seed)
     if recorded is None:
         warn(f"{run}: did not fail")
@@ -68,11 +67,13 @@ def shrink_verb(ctx: click.Context, run: Path, *, seed: int | None, out: Path | 
 class _Trials:
     """Tests whether a case still fails in the same way, and reports progress."""
 
-    def __init__(self, failure: Failure) -> None:
+    def __init__(self, failure: "Failure") -> None:
         self._failure = failure
         self._count = 0
 
-    def __call__(self, case: Case) -> bool:
+    def __call__(self, case: "Case") -> bool:
+        from clew.campaign.failures import failure_of
+
         found = failure_of(case)
         self._count += 1
         same = found is not None and found.way == self._failure.way
@@ -82,8 +83,13 @@ class _Trials:
         return same
 
 
-def _run(run: Path) -> tuple[Case, Failure | None]:
+def _run(run: Path) -> "tuple[Case, Failure | None]":
     """A rehearsed run, and how it failed."""
+    from clew.campaign.failures import Case, failure_in
+    from clew.log import timeline
+    from world.record.run_files import read_verdict
+    from world.scenario.scenario import Scenario
+
     read = timeline.read(run)
     header = read.header
     if header.speed is not None:
@@ -102,7 +108,7 @@ def _run(run: Path) -> tuple[Case, Failure | None]:
     return case, failure_in(read, verdict)
 
 
-def _plan_of(run: Path, header: Header) -> Plan | None:
+def _plan_of(run: Path, header: "Header") -> Plan | None:
     """The fault plan of a run: from the header, or, for an old log, from the file beside it."""
     if header.faults is not None:
         return understand(header.faults, Plan, str(run))
@@ -110,8 +116,15 @@ def _plan_of(run: Path, header: Header) -> Plan | None:
     return load_plan(str(beside)) if beside.exists() else None
 
 
-def _episode(folder: Path, seed: int | None) -> tuple[Case, Failure | None]:
+def _episode(folder: Path, seed: int | None) -> "tuple[Case, Failure | None]":
     """An episode of a swarm campaign, and how it failed."""
+    from clew.campaign.campaign import CAMPAIGN_FILE, Campaign
+    from clew.campaign.episode import SWARM
+    from clew.campaign.failures import Case, failure_of_outcome
+    from clew.swarm.futures import draw_future, read_branches
+    from clew.swarm.swarm import Mode, draw
+    from world.record.recorder import EVENTS_FILE
+
     try:
         campaign = msgspec.json.decode(read_bytes(folder / CAMPAIGN_FILE, MADE_BYTES_MAX), type=Campaign)
     except FileNotFoundError as error:
@@ -148,7 +161,7 @@ def _next(folder: Path) -> Path:
     return next(path for path in chain([folder], numbered) if not path.exists())
 
 
-def _write(case: Case, out: Path) -> str:
+def _write(case: "Case", out: Path) -> str:
     """Write the case; returns the command line that replays it."""
     try:
         world = toml_text(msgspec.to_builtins(case.scenario))

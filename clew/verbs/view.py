@@ -1,19 +1,11 @@
 """`clew view`: serves the page of a run to a browser, live while the run goes on."""
 
-import asyncio
-import webbrowser
 from pathlib import Path
 
 import click
 
 from clew.fleet.folder import LATEST
-from clew.log.log import Log
-from clew.page.serve.channel import Channel
-from clew.page.serve.pages import site
-from clew.page.serve.server import Server
-from clew.page.serve.watch import Watch
 from protocol.errors import UsageError
-from world.record.recorder import EVENTS_FILE
 
 RUNS_MAX = 2  # fit side by side
 STDIN = 0
@@ -40,6 +32,14 @@ def view(
 
     RUN is the folder of a run, or its events.jsonl. The verb prints the address and serves until Ctrl-C.
     """
+    import asyncio
+    import webbrowser
+
+    from clew.page.serve.channel import Channel
+    from clew.page.serve.pages import site
+    from clew.page.serve.server import Server
+    from clew.page.serve.watch import Watch
+
     places = _places(runs, live=live)
 
     def ready(address: str) -> None:
@@ -58,6 +58,9 @@ def _places(runs: tuple[Path, ...], *, live: bool) -> tuple[Path, ...]:
     Raises:
         UsageError: no run or more than two are named, one is not there without --live, or one is no log.
     """
+    from clew.log.log import Log
+    from world.record.recorder import EVENTS_FILE
+
     places = runs or ((LATEST,) if live else ())
     if not 1 <= len(places) <= RUNS_MAX:
         raise UsageError(f"view: name one run, or two to see side by side, got {len(places)}")
@@ -72,4 +75,6 @@ def _places(runs: tuple[Path, ...], *, live: bool) -> tuple[Path, ...]:
 
 
 def _is_there(place: Path) -> bool:
+    from world.record.recorder import EVENTS_FILE
+
     return (place / EVENTS_FILE).is_file() or place.is_file()

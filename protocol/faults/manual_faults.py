@@ -44,7 +44,13 @@ class HaltRequest(Struct, frozen=True, kw_only=True, tag="halt"):
     stop: bool
 
 
-Request = FaultRequest | EndRequest | HaltRequest
+class GoRequest(Struct, frozen=True, kw_only=True, tag="go"):
+    """Let the simulated time of a held run go on for this long from now."""
+
+    for_s: SomeSeconds
+
+
+Request = FaultRequest | EndRequest | HaltRequest | GoRequest
 
 
 class Answer(Struct, frozen=True, kw_only=True):

@@ -13,8 +13,12 @@ from protocol.network.session import USERS_FILE, RouterSession, Session
 from protocol.wire.codec import SIZE_MAX_BYTES
 
 LEASE_MS = 1000  # 200 ms gave false deaths on a loaded machine; 500 ms and more gave none
-OPEN_TIMEOUT_MS = 1000  # with the default of 10 s, a frozen router would block us that long
+# A link that is given up at the moment in which it is accepted stays half open (`deafness.py`). So this is
+# longer than the longest pause of a process on a busy machine (`LATE_S_MAX`). With the default of 10 s, a
+# frozen router would keep us that long from the second one.
+OPEN_TIMEOUT_MS = 3000
 CONNECT_TIMEOUT_MS = 5000  # a router that was started before us listens within 1 s
+REOPEN_TIMEOUT_MS = 1000  # it blocks the event loop, and a process that is asked to end has 2 s
 ASK_TIMEOUT_MS = 1000
 QUEUE_BATCHES = 16  # Zenoh's maximum, allocated on demand; DROP drops what finds no room within 1 ms
 # Short periods: all robots should reconnect at about the same time, and a retry is cheap.
@@ -22,13 +26,13 @@ RETRY = {"period_init_ms": 100, "period_max_ms": 200, "period_increase_factor": 
 SESSIONS_MAX = ROBOTS_MAX + 500  # with room for restarted processes
 
 
-def client_settings(session: Session) -> Json:
+def client_settings(session: Session, connect_timeout_ms: int = CONNECT_TIMEOUT_MS) -> Json:
     """For a robot or the world: one link to a router; once established, it is retried for ever."""
     settings = _common() | {
         "mode": "client",
         "connect": {
             "endpoints": list(session.endpoints),
-            "timeout_ms": CONNECT_TIMEOUT_MS,
+            "timeout_ms": connect_timeout_ms,
             "retry": RETRY,
         },
         "listen": {"endpoints": []},

@@ -10,11 +10,14 @@ Rule 4: only messages through the router are received: a session would otherwise
 Rule 5: some bytes, which no router should send, make Zenoh panic. Then its locks stay poisoned and the
         session is unusable: the process ends, and the fleet continues as after a crash. A process that
         receives nothing tests its session, since it may send nothing either, and its token would stay.
+Rule 6: a session that is connected and deaf (`deafness.py`) is closed, and another takes its place in this
+        process: with the same subscriptions, the same token, and message numbers that go on.
 """
 
 import asyncio
 import contextlib
 import json
+import logging
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -23,13 +26,16 @@ from zenoh.handlers import Callback
 
 from protocol.errors import MessageRefusedError, SessionLostError, UsageError
 from protocol.network.bounded import INBOX_BYTES_MAX, INBOX_CAPACITY
+from protocol.network.deafness import Deafness
 from protocol.network.inbox import Inbox
 from protocol.network.session import Session
-from protocol.network.settings import ASK_TIMEOUT_MS, client_settings
+from protocol.network.settings import ASK_TIMEOUT_MS, CONNECT_TIMEOUT_MS, REOPEN_TIMEOUT_MS, client_settings
 from protocol.network.traffic import Traffic
 from protocol.network.transport import Appeared, Arrival, Asked, Heard, Refused, Vanished
 from protocol.wire.codec import decode, encode
 from protocol.wire.messages import Message
+
+log = logging.getLogger("network")
 
 KEY_LENGTH_MAX = 200  # our keys have less than 160 characters; the timeline accepts up to 200
 PULSE_S = 0.2  # wall: 1/5 of the silence after which a robot without a token is dead
@@ -52,12 +58,27 @@ class _Token:
 _Raw = zenoh.Sample | zenoh.Query | _Answer | _Token
 
 
+@dataclass(frozen=True, slots=True)
+class _Declared:
+    """What a process declares in its session: see `open_transport`."""
+
+    session: Session
+    hear: Sequence[str]
+    answer: Sequence[str]
+    alive: str | None
+    watch: str | None
+
+
 class ZenohTransport:
     """One process's session. Made by `open_transport`."""
 
-    def __init__(self, session: zenoh.Session, pulse_key: str) -> None:
-        self._session = session
-        self._pulse_key, self._pulse_at_s = pulse_key, 0.0
+    def __init__(self, declared: _Declared) -> None:
+        self._declared = declared
+        self._opened = contextlib.ExitStack()
+        """Ends the token, then the session."""
+        self._session = self._opened.enter_context(_connected(declared.session, CONNECT_TIMEOUT_MS))
+        self._deafness = Deafness(declared.alive)
+        self._pulse_key, self._pulse_at_s = declared.session.keys.pulse(declared.session.name), 0.0
         self._traffic = Traffic()
         self._arrived = asyncio.Event()
         loop = asyncio.get_running_loop()
@@ -110,9 +131,42 @@ class ZenohTransport:
                 while not (raw := self._inbox.drain()):
                     self._arrived.clear()  # it is set in this thread, so nothing can be missed here
                     await self._arrived.wait()
+        now_s = asyncio.get_running_loop().time()
         if not raw:
-            self._test_session(asyncio.get_running_loop().time())
-        return [self._arrival(each) for each in raw]
+            self._test_session(now_s)
+        arrivals = [self._arrival(each) for each in raw]
+        if self._deafness.is_alone and self._deafness.look(now_s, connected=self.router is not None):
+            arrivals += self._reopen()
+        return arrivals
+
+    def declare(self) -> None:
+        """Declare everything in the session; the token last."""
+        callback = Callback(self.take, indirect=False)
+        for key in self._declared.hear:
+            self._session.declare_subscriber(key, callback, allowed_origin=zenoh.Locality.REMOTE)
+        for key in self._declared.answer:
+            self._session.declare_queryable(key, callback, allowed_origin=zenoh.Locality.REMOTE)
+        liveliness = self._session.liveliness()
+        if (watch := self._declared.watch) is not None:
+            liveliness.declare_subscriber(watch, Callback(self.take_token, indirect=False), history=True)
+        if (alive := self._declared.alive) is not None:
+            self._opened.enter_context(liveliness.declare_token(alive))
+
+    def close(self) -> None:
+        """Close the session (rule 2)."""
+        self._opened.close()
+
+    def _reopen(self) -> list[Vanished]:
+        """Rule 6; returns the tokens that the old session saw: the new one tells those that are shown."""
+        try:
+            fresh = _connected(self._declared.session, REOPEN_TIMEOUT_MS)
+        except UsageError:
+            return []  # there is no router, or it has no time for us: try again later
+        self.close()
+        self._session = self._opened.enter_context(fresh)
+        self.declare()
+        log.warning("%s was connected and deaf: its session is a new one", self._declared.session.name)
+        return [Vanished(key) for key in self._deafness.forget()]
 
     def _test_session(self, now_s: float) -> None:
         """Rule 5: test the session from time to time."""
@@ -144,6 +198,7 @@ class ZenohTransport:
             match raw:
                 case _Token():
                     come = raw.sample.kind == zenoh.SampleKind.PUT
+                    self._deafness.see(key, shown=come)
                     return Appeared(key) if come else Vanished(key)
                 case zenoh.Query():
                     _, message = decode(raw.payload.to_bytes() if raw.payload else b"", key)
@@ -173,17 +228,10 @@ def open_transport(
         UsageError: no router admits us.
         SessionLostError: Zenoh has panicked, here or in one of its own threads before.
     """
-    with _panic_is_loss(), _connected(session) as connection:
-        transport = ZenohTransport(connection, session.keys.pulse(session.name))
-        callback = Callback(transport.take, indirect=False)
-        for key in hear:
-            connection.declare_subscriber(key, callback, allowed_origin=zenoh.Locality.REMOTE)
-        for key in answer:
-            connection.declare_queryable(key, callback, allowed_origin=zenoh.Locality.REMOTE)
-        liveliness = connection.liveliness()
-        if watch is not None:
-            liveliness.declare_subscriber(watch, Callback(transport.take_token, indirect=False), history=True)
-        with contextlib.nullcontext() if alive is None else liveliness.declare_token(alive):
+    with _panic_is_loss():
+        transport = ZenohTransport(_Declared(session, hear, answer, alive, watch))
+        with contextlib.closing(transport):
+            transport.declare()
             yield transport
 
 
@@ -197,8 +245,8 @@ def _panic_is_loss() -> Iterator[None]:
         raise SessionLostError(f"Zenoh has panicked, and the session is lost: {error}") from error
 
 
-def _connected(session: Session) -> zenoh.Session:
-    config = zenoh.Config.from_json5(json.dumps(client_settings(session)))
+def _connected(session: Session, timeout_ms: int) -> zenoh.Session:
+    config = zenoh.Config.from_json5(json.dumps(client_settings(session, timeout_ms)))
     try:
         return zenoh.open(config)
     except zenoh.ZError as error:

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import msgspec
 import numpy as np
 import pytest
+from playwright.sync_api import Browser
 
 from clew.log import timeline
 from clew.log.check import scenario_of
@@ -29,7 +30,6 @@ from protocol.timeline import (
 )
 from tests.support.pages.browser import Sight, sight
 from tests.support.pages.canvas import Mark, drawn, layer, record
-from tests.support.pages.chromium import chromium
 from tests.support.pages.pages import page_of, told
 from tests.support.runs import Runs
 from world.record.run_files import read_verdict
@@ -77,11 +77,11 @@ def batch(run: Path) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def shown(run: Path) -> Iterator[Sight]:
+def shown(browser: Browser, run: Path) -> Iterator[Sight]:
     """One page for all of these tests; each test seeks its own moment."""
     page = run / "page.html"
     page.write_text(page_of(run), encoding="utf-8")
-    with chromium() as browser, sight(browser) as shown:
+    with sight(browser) as shown:
         record(shown)
         shown.show(page.as_uri())
         yield shown

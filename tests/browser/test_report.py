@@ -13,18 +13,12 @@ from protocol.root import ROOT
 from tests.support.campaigns import clew
 from tests.support.deadline import DEADLINE_S
 from tests.support.pages.browser import Sight, sight
-from tests.support.pages.chromium import PHONE, chromium
+from tests.support.pages.chromium import PHONE
 from tests.support.runs import Runs
 from world.record.recorder import EVENTS_FILE
 
 ROBOTS = 5
 MOVED_M = 0.5  # in 10 s, at 0.5 m/s and less
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

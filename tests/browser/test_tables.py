@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from playwright.sync_api import Browser
 
 from clew.log import timeline
 from clew.log.check import scenario_of
@@ -25,7 +26,6 @@ from protocol.timeline import (
 )
 from tests.support.pages.browser import Sight, sight
 from tests.support.pages.canvas import layer, record
-from tests.support.pages.chromium import chromium
 from tests.support.pages.pages import page_of
 from tests.support.runs import Runs
 from world.judge.books import TAKES_AWAY
@@ -52,9 +52,9 @@ def paper(runs: Runs, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def pages(busy: Path, paper: Path) -> Iterator[dict[Path, Sight]]:
+def pages(browser: Browser, busy: Path, paper: Path) -> Iterator[dict[Path, Sight]]:
     """One page per run for all of these tests."""
-    with chromium() as browser, sight(browser) as one, sight(browser) as other:
+    with sight(browser) as one, sight(browser) as other:
         for run, shown in ((busy, one), (paper, other)):
             (run / "page.html").write_text(page_of(run), encoding="utf-8")
             record(shown)
@@ -64,10 +64,9 @@ def pages(busy: Path, paper: Path) -> Iterator[dict[Path, Sight]]:
 
 
 def tile(shown: Sight, name: str) -> str:
-    """The text of a tile in the headline, with its remark."""
-    return " ".join(
-        shown.page.locator("#figures > div", has_text=name).first.locator("dd").inner_text().split()
-    )
+    """The text of a tile in the headline, with its remark, which a small window leaves to a tooltip."""
+    said = shown.page.locator("#figures > div", has_text=name).first.locator("dd").text_content()
+    return " ".join((said or "").split())
 
 
 def table(shown: Sight, name: str) -> list[list[str]]:

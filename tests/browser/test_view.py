@@ -12,18 +12,11 @@ from playwright.sync_api import Browser
 
 from tests.support.deadline import DEADLINE_S
 from tests.support.pages.browser import Sight, sight
-from tests.support.pages.chromium import chromium
 from tests.support.pages.views import address_of, view
 from tests.support.processes.fleets import Fleet
 from tests.support.runs import Runs
 
 ENDED = "clew.runs[0].ended"
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +87,7 @@ def test_a_deep_link_to_the_newest_moment_lands_there(
     asked_s = 4.0
     until = next(i for i, t_s in enumerate(times_s) if t_s >= asked_s)
     events.write_bytes(b"".join(lines[:until]))
-    with served(events, cwd=tmp_path) as address, sight(browser) as shown:
+    with kept_new(events), served(events, cwd=tmp_path) as address, sight(browser) as shown:
         shown.show(f"{address}#t={times_s[until]}")
         with events.open("ab") as file:
             file.write(lines[until])
@@ -124,13 +117,28 @@ def test_two_runs_are_shown_side_by_side_aligned_by_switching_step(
         shown.show(address)
         shown.wait("clew.runs.length === 2 && clew.runs.every((run) => run.ended)")
         assert shown.page.locator("#panes canvas").count() >= 2
-        left, right = (shown.page.locator("#panes > *").nth(index).bounding_box() for index in (0, 1))
+        left, right = (shown.page.locator("#panes > .pane").nth(index).bounding_box() for index in (0, 1))
         assert left is not None
         assert right is not None
         assert left["x"] + left["width"] <= right["x"]
         assert left["y"] == right["y"]
         shown.page.evaluate("clew.seek(clew.runs[0].steps.find(({ row }) => row.position === 3).to)")
         assert [off_m(shown, index, 3) for index in (0, 1)] == pytest.approx([0.0, 0.0], abs=0.01)
+        late_s = "Math.abs(clew.charts[0].others[0]?.curve.t.last - clew.runs[0].end)"
+        shown.wait(f"{late_s} < 0.5")  # in the time of the other run
+        curves = "clew.charts[0].others.map(({ name, curve }) => [name, curve.value.length])"
+        known = "clew.runs[1].robots.map((r) => [`B: r${r}`, clew.runs[1].body(r).clearance.value.length])"
+        assert shown.page.evaluate(curves) == shown.page.evaluate(known)
+        step = "clew.runs[%d].steps.find(({ row }) => row.position === 3).to + 0.001"
+        there = (
+            f"clew.charts[0].others[0].curve.at({step % 0}) - clew.runs[1].body(1).clearance.at({step % 1})"
+        )
+        assert shown.page.evaluate(there) == 0.0
+        about = shown.page.locator("#differences-about").inner_text()
+        assert about == "Started differently: seed. The first step that differs is step 1."
+        rows = shown.page.locator("#differences tr").all_inner_texts()
+        assert "seed\t1\t2" in rows
+        assert any(row.startswith("step 1\tr1 to (") and row.endswith(" m away") for row in rows)
         assert shown.troubles == []
 
 
@@ -163,9 +171,11 @@ def kept_new(log: Path) -> Iterator[None]:
 
     thread = threading.Thread(target=touch)
     thread.start()
-    yield
-    over.set()
-    thread.join()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
 
 
 def test_a_page_reports_that_its_viewer_is_gone_while_the_run_continues(

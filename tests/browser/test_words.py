@@ -1,6 +1,5 @@
 """The page's words and figures about moving obstacles, dead robots and unknown values."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -10,17 +9,10 @@ from clew.fleet.summary import verdict_sentence
 from clew.log import timeline
 from clew.log.check import scenario_of
 from tests.support.pages.browser import Sight, sight
-from tests.support.pages.chromium import chromium
 from tests.support.pages.pages import page_of
 from tests.support.runs import Runs
 from world.record.recorder import EVENTS_FILE
 from world.record.run_files import read_verdict
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

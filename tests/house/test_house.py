@@ -64,6 +64,7 @@ ONLY_IN = {
         "clew/rehearsal/recorded.py",
         "clew/verbs/campaign.py",
         "clew/verbs/chaos.py",
+        "clew/verbs/ls.py",
         "clew/verbs/rehearse.py",
         "world/shell.py",
     },

@@ -1,5 +1,6 @@
 """The docs match the types, in generated parts and in tables written by hand."""
 
+import re
 from typing import get_args
 
 import msgspec
@@ -17,6 +18,7 @@ from protocol.timeline import Record
 from tests.support.campaigns import clew
 from tests.support.docs import example, explained, page
 from tests.support.faults import SHIPPED
+from world.judge.rules.names import NAMES
 from world.judge.verdict import Verdict
 from world.scenario.scenario import load as load_scenario
 from world.scenario.scenario import schema
@@ -120,3 +122,8 @@ def test_a_queue_is_placed_as_the_page_says() -> None:
         "scenario.md"
     )
     assert (poses[1].x_m, poses[1].y_m) == (1.2, 2.0)
+
+
+def test_the_page_of_the_verdict_names_each_invariant_as_it_is_printed() -> None:
+    rows = re.findall(r"^\| ([A-Z]\d) \| ([^:]+): ", page("verdict.md"), re.MULTILINE)
+    assert rows == list(NAMES.items())

@@ -93,8 +93,8 @@ def test_log_check_passes_on_a_good_run(paper: tuple[Fleet, Outcome]) -> None:
 @pytest.mark.parametrize(
     ("kind", "change", "complaint"),
     [
-        ("pose.sampled", {"x_m": 1.02, "y_m": 0.432}, "S1"),  # the middle of obstacle 2
-        ("authority.granted", {"authority_m": 0.0}, "S3"),
+        ("pose.sampled", {"x_m": 1.02, "y_m": 0.432}, "S1 (clearance)"),  # the middle of obstacle 2
+        ("authority.granted", {"authority_m": 0.0}, "F5 (authority)"),
         ("authority.granted", None, "entries are missing"),
     ],
 )

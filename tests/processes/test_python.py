@@ -14,6 +14,7 @@ from protocol.root import ROOT
 from tests.support.deadline import DEADLINE_S
 from tests.support.docs import example
 from tests.support.installed import install
+from tests.support.plugin import played
 
 
 def test_a_live_fleet_is_waited_for_broken_and_read(tmp_path: Path) -> None:
@@ -32,7 +33,7 @@ def test_a_live_fleet_is_waited_for_broken_and_read(tmp_path: Path) -> None:
     cuts = [each.t_s for each in run.faults if each.rule == cut.name]
     assert cuts
     assert max(cuts) <= succeeded.t_s  # the partition had healed
-    assert {each.fate for each in run.messages} >= {"delivered", "partition"}
+    assert {each.fate for each in run.messages} >= {"delivered", "dropped"}
     assert [rule.fault for rule in fleet.plan.rules] == ["freeze", "partition", "kill"]
 
 
@@ -54,6 +55,28 @@ def test_a_live_fleet_that_cannot_start_says_why(tmp_path: Path) -> None:
         pytest.raises(clew.WaitFailedError, match=r"did not start: .*it is not empty"),
     ):
         fleet.begin()
+
+
+def test_a_failing_live_test_is_shrunk_by_rehearsals_or_says_that_it_passes_there(tmp_path: Path) -> None:
+    test = """
+@pytest.mark.clew(robots=2)
+def test_all_arrive(clew_fleet):
+    fleet = clew_fleet
+    fleet.link(1, 2).drop(0.1)
+    fleet.tail.kill(step=2)
+    run = fleet.finish()
+    assert run.verdict.robots_arrived == 2
+
+def test_is_never_live(clew_fleet):
+    clew_fleet.link(1, 2).drop(0.1)
+    clew_fleet.until("step.planned")
+    assert not hasattr(clew_fleet, "speed")
+"""
+    code, said = played(tmp_path, test)
+    assert code == 1, said
+    assert "faults: 1 of 2 that were given matter, rehearsed:" in said
+    assert 'name = "kill-2"' in said
+    assert "the test does not fail in the same way when it is rehearsed" in said
 
 
 @pytest.fixture(scope="module")

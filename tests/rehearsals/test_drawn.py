@@ -82,6 +82,8 @@ def rehearsed(name: str, seed: int, *, decided: Callable[[World], bool]) -> tupl
         ("a-leader-nearly-mute", 6164, 20.229, (2,)),
         # Dead robots do not come back, so it is useless to wait for them when no robot finds a place.
         ("waited-for-the-dead", 14064, 18.564, ()),
+        # A robot that is left out for a silence counts in the same view as soon as that has passed.
+        ("shunned-in-front-in-a-corridor", 70159, 10.9, ()),
     ],
 )
 def test_a_fleet_heals_in_a_case_in_which_it_once_did_not(

@@ -22,8 +22,9 @@ from world.judge.rules.distances import Distances
 from world.judge.rules.evidence import Evidence
 from world.judge.rules.fences import FenceOrder
 from world.judge.rules.formations import Formations
-from world.judge.rules.invariants import ARRIVAL, INVARIANTS, Counting, Epochs, Granting, Leading, Numbers
+from world.judge.rules.invariants import ARRIVAL, Counting, Epochs, Granting, Leading, Numbers
 from world.judge.rules.motion import Motion, Tolerance
+from world.judge.rules.names import INVARIANTS
 from world.judge.rules.rule import Dated, Rule
 from world.judge.truth.truth import Truth
 from world.scenario.scenario import Scenario

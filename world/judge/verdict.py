@@ -14,6 +14,7 @@ from world.judge.ending import Ending
 from world.judge.judgement import Judgement
 from world.judge.monitor import Promises
 from world.judge.recovery import Death, Heal, Recovery, Succession
+from world.judge.rules.names import named
 from world.judge.table import table_rms_m
 from world.judge.tally import Tally
 from world.scenario.scenario import Scenario
@@ -240,7 +241,7 @@ def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:
 
 def _breach_sentence(t_s: float, broken: PromiseBroken) -> str:
     against = "" if broken.other is None else f" and robot {broken.other}"
-    what = f"{broken.invariant} broken by robot {broken.robot}{against} at t={t_s:.1f} s"
+    what = f"{named(broken.invariant)} broken by robot {broken.robot}{against} at t={t_s:.1f} s"
     if broken.measured_m is None:
         return f"{what}: {broken.why}"
     return f"{what}: {broken.why} ({broken.measured_m:.4f} m, required {broken.required_m:.4f} m)"

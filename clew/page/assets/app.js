@@ -15,9 +15,11 @@ class App {
     this.news = 0; // counts what was taken in and shown
     this.hasNews = false;
     this.follows = false; // the end of a run that goes on
+    this.isWatching = false; // maps keep a robot in their middle
     this.isAwaited = false; // a frame has been asked for
     this.isOpening = false; // more is to be taken in before anything is drawn
     this.refreshed = -Infinity; // when all that is not of one moment was drawn last [ms]
+    this.span = new Span(this);
     this.end = 0; // of the run in focus, as it was then: what axes reach to
     this.drawn = 0; // frames
     /** @type {Chart[]} */
@@ -50,7 +52,8 @@ class App {
   refresh() {
     this.news++;
     this.end = this.run.end;
-    for (const show of [showVerdict, showSteps, showMoments, showMessages]) show(this);
+    document.documentElement.style.setProperty("--map", this.run.bodies.size > CROWD ? "210px" : "300px");
+    for (const show of [showVerdict, showSteps, showMoments, showMessages, showAsked, showDifferences]) show(this);
     this.refreshed = performance.now();
   }
 
@@ -58,6 +61,7 @@ class App {
   seek(time) {
     this.follows = false;
     this.time = Math.min(Math.max(time, 0), this.run.end);
+    this.span.keep(this.time);
     this.show();
   }
 
@@ -73,10 +77,17 @@ class App {
       const time = this.timeOf(index);
       this.focus = index;
       this.time = time;
+      this.span.whole();
       this.hasNews = true;
       this.refreshed = -Infinity;
     }
     this.robot = robot;
+    this.show();
+  }
+
+  /** Begin or end to keep a robot in the middle. */
+  watch() {
+    this.isWatching = !this.isWatching;
     this.show();
   }
 
@@ -103,6 +114,7 @@ class App {
     for (const chart of this.charts) chart.draw();
     this.lanes?.draw();
     showNow(this);
+    showInspector(this);
     markStep(this);
     markMoment(this);
     if (isFresh) this.hasNews = false;

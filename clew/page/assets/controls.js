@@ -8,6 +8,22 @@ function listenToControls(app, player) {
   on("step-back", () => player.step(-1));
   on("step-on", () => player.step(1));
   on("live", () => app.follow());
+  on("time-in", () => app.span.zoom(2, app.time));
+  on("time-out", () => app.span.zoom(0.5, app.time));
+  on("time-whole", () => app.span.whole());
+  on("map-whole", () => (app.panes.forEach((pane) => pane.fit()), app.show()));
+  on("map-robots", () => (app.panes.forEach((pane) => pane.fitRobots()), app.show()));
+  on("map-watch", () => app.watch());
+  on("map-legend", () => {
+    byId("legend").hidden = !byId("legend").hidden;
+    byId("map-legend").setAttribute("aria-pressed", String(!byId("legend").hidden));
+  });
+  fillLegend();
+  for (const each of byId("save").querySelectorAll("button"))
+    each.addEventListener("click", async () => {
+      each.disabled = true; // a film takes its time
+      await save(app, each.dataset.save ?? "").finally(() => (each.disabled = false));
+    });
   on("theme", () => toggleTheme());
   on("help-open", () => toggleHelp());
   on("help-close", () => toggleHelp());
@@ -20,6 +36,8 @@ function listenToControls(app, player) {
     play.textContent = player.isPlaying ? "❚❚ Pause" : "▶ Play";
     play.setAttribute("aria-pressed", String(player.isPlaying));
     byId("live").hidden = app.run.ended;
+    byId("map-watch").setAttribute("aria-pressed", String(app.isWatching));
+    /** @type {HTMLButtonElement} */ (byId("time-whole")).disabled = app.span.isWhole;
     byId("live").setAttribute("aria-pressed", String(app.follows));
   });
   byId("keys").append(
@@ -40,8 +58,10 @@ function listenToControls(app, player) {
     app.show();
   });
   for (const id of ["timeline", "verdict", "flaws"]) beside.observe(byId(id));
+  listenToSplitter(byId("splitter"));
   new ResizeObserver(() => app.show()).observe(byId("panes"));
   listenToLayers(app);
+  listenToEntries(app);
 }
 
 /** @param {App} app */
@@ -101,5 +121,32 @@ function keepAddress(app, player) {
       const robot = app.robot ? `&robot=${app.robot}` : "";
       history.replaceState(null, "", `#t=${app.time.toFixed(2)}${robot}`);
     }, 300); // browsers refuse more than a hundred changes in some seconds
+  });
+}
+
+const SPLIT_PX = { least: 60, most: 0.7, key: 24 }; // `most`: of the window; `key`: what an arrow key moves it by
+
+/** Give the lanes what is above the pointer, or by keys. @param {HTMLElement} splitter */
+function listenToSplitter(splitter) {
+  const lanes = byId("lanes-scroll");
+  const set = (/** @type {number} */ px) => {
+    const height = Math.min(Math.max(px, SPLIT_PX.least), SPLIT_PX.most * window.innerHeight);
+    document.documentElement.style.setProperty("--lanes", `${height}px`);
+    splitter.setAttribute("aria-valuenow", height.toFixed(0));
+  };
+  let from = { y: 0, height: 0 };
+  splitter.addEventListener("pointerdown", (event) => {
+    splitter.setPointerCapture(event.pointerId);
+    from = { y: event.clientY, height: lanes.offsetHeight };
+  });
+  splitter.addEventListener("pointermove", (event) => {
+    if (splitter.hasPointerCapture(event.pointerId)) set(from.height + from.y - event.clientY);
+  });
+  splitter.addEventListener("dblclick", () => document.documentElement.style.removeProperty("--lanes"));
+  splitter.addEventListener("keydown", (event) => {
+    const by = { ArrowUp: SPLIT_PX.key, ArrowDown: -SPLIT_PX.key }[event.key];
+    if (!by) return;
+    event.preventDefault();
+    set(lanes.offsetHeight + by);
   });
 }

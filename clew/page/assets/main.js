@@ -68,6 +68,18 @@ window.clew = {
   get runs() {
     return app.runs;
   },
+  get panes() {
+    return app.panes;
+  },
+  get charts() {
+    return app.charts;
+  },
+  get lanes() {
+    return app.lanes;
+  },
+  get span() {
+    return app.span;
+  },
   get frames() {
     return app.drawn;
   },

@@ -75,6 +75,10 @@ const KEYS_HELP = [
     does: "the end; follows a live run",
     act: (app) => app.follow(),
   },
+  { keys: ["i"], names: "i", does: "lanes and charts show less of the time, larger", act: (app) => app.span.zoom(2, app.time) },
+  { keys: ["o"], names: "o", does: "they show more of it", act: (app) => app.span.zoom(0.5, app.time) },
+  { keys: ["w"], names: "w", does: "they show the whole run", act: (app) => app.span.whole() },
+  { keys: [",", "."], names: ", .", does: "they move to what is before, after", act: (app, _, key) => app.span.pan(key === "," ? -0.5 : 0.5) },
   { keys: ["-"], names: "−", does: "slower", act: (_, player) => player.faster(-1) },
   { keys: ["+", "="], names: "+", does: "faster", act: (_, player) => player.faster(1) },
   {
@@ -90,6 +94,14 @@ const KEYS_HELP = [
     does: "the whole map",
     act: (app) => (app.panes.forEach((pane) => pane.fit()), app.show()),
   },
+  {
+    keys: ["r"],
+    names: "r",
+    does: "the map fits the robots",
+    act: (app) => (app.panes.forEach((pane) => pane.fitRobots()), app.show()),
+  },
+  { keys: ["g"], names: "g", does: "the map follows the chosen robot, or the leader; again: it stays", act: (app) => app.watch() },
+  { keys: ["l"], names: "l", does: "the legend of the map", act: () => byId("map-legend").click() },
   {
     keys: ["c"],
     names: "c",

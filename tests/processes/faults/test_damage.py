@@ -5,7 +5,7 @@ import shutil
 import signal
 import subprocess
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from itertools import count
@@ -15,8 +15,9 @@ import pytest
 
 from clew.fleet.prepare import free_endpoint
 from protocol.errors import SessionLostError
+from protocol.keys import WORLD
 from protocol.network.session import write_sessions
-from protocol.network.transport import Arrival, Heard, Refused
+from protocol.network.transport import Appeared, Arrival, Heard, Refused
 from protocol.network.zenoh_transport import ZenohTransport
 from protocol.run_settings import Settings
 from protocol.wire.messages import Message
@@ -26,6 +27,7 @@ from tests.support.processes.parts import Parts, said
 from tests.support.processes.proxy import Faults, Proxy, Way, proxy_aside
 from tests.support.processes.wire import (
     KEYS,
+    TOKEN,
     drive,
     next_arrivals,
     odometry,
@@ -167,6 +169,43 @@ async def test_a_silent_client_detects_that_its_session_is_lost() -> None:
     with damaged_wire(seed=1) as (folder, between), pytest.raises(SessionLostError):
         await stay_silent(folder, between, rounds)
     assert next(rounds) < ROUNDS_MAX, "it noticed only when it closed"
+
+
+async def test_sessions_whose_new_links_are_deaf_are_opened_anew_and_hear_each_other_again() -> None:
+    with (
+        damaged_wire(seed=1) as (folder, between),
+        world_transport(folder, alive=KEYS.alive(WORLD, TOKEN)) as world,
+        robot_transport(folder, "r1", watch=KEYS.alive("*", "*")) as robot,
+    ):
+        both, numbers = (world, robot), count(1)
+
+        async def talk_until(enough: Callable[[Sequence[Arrival]], bool], faults: Faults) -> list[Arrival]:
+            """Send both ways until what has arrived is enough."""
+            between.faults.update(dict.fromkeys(Way, faults))
+            arrived: list[Arrival] = []
+            async with asyncio.timeout(DEADLINE_S):
+                while not enough(arrived):
+                    robot.put(KEYS.drive("r1"), drive(next(numbers)))
+                    world.put(KEYS.odometry("r1"), odometry(0.0))
+                    for each in both:
+                        arrived += await each.arrivals(ROUND_S)
+            return arrived
+
+        def both_heard(arrived: Sequence[Arrival]) -> bool:
+            return {KEYS.drive("r1"), KEYS.odometry("r1")} <= {
+                each.key for each in arrived if isinstance(each, Heard)
+            }
+
+        await talk_until(both_heard, Faults())
+        await talk_until(lambda _: world.router is robot.router is None, Faults(reset_probability=1.0))
+        await talk_until(
+            lambda _: None not in (world.router, robot.router),
+            Faults(frames_lost=True),  # as if Zenoh had given the link up while it was opened
+        )
+        again = await talk_until(both_heard, Faults())
+        heard = [each for each in again if isinstance(each, Heard)]
+        assert min(each.number for each in heard) > 1, "message numbers go on"
+        assert Appeared(KEYS.alive("r1", TOKEN)) in again, "it is the same process"
 
 
 def test_world_and_robots_report_a_lost_session_and_end(fleet: Fleet) -> None:

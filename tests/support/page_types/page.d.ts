@@ -10,6 +10,10 @@ declare var clew: {
   readonly time: number;
   readonly robot: number;
   readonly runs: Run[];
+  readonly panes: Pane[];
+  readonly charts: Chart[];
+  readonly lanes: Lanes | null;
+  readonly span: Span;
   readonly frames: number;
   frame(index?: number): { robot: number; x: number; y: number; heading: number; does: ReturnType<typeof doingAt> }[];
 };

@@ -48,6 +48,8 @@ class Faults:
     rate_bytes_per_s: float | None = None
     forged: bytes = b""
     """Appended to a Zenoh frame that ends the piece, as if the sender had sent it."""
+    frames_lost: bool = False
+    """Of Zenoh's bytes, only handshakes and signs of life pass, as on a link that was half opened."""
 
     def __post_init__(self) -> None:
         for name in ("flip_probability", "truncate_probability", "reset_probability"):
@@ -76,6 +78,17 @@ def lengthened(piece: bytes, by: bytes) -> bytes:
     return piece[:begin] + (len(batch) + len(by)).to_bytes(2, "little") + batch + by
 
 
+def without_frames(piece: bytes) -> bytes:
+    """Zenoh's bytes without its frames, which carry messages and declarations; it has whole batches."""
+    kept, begin = b"", 0
+    while begin < len(piece):
+        end = begin + 2 + int.from_bytes(piece[begin : begin + 2], "little")
+        if piece[begin + 2] & MESSAGE_MASK != FRAME:
+            kept += piece[begin:end]
+        begin = end
+    return kept
+
+
 def fate(piece: bytes, faults: Faults, random: Random) -> Fate:
     """What happens to a piece that is not empty."""
     flips = random.random() < faults.flip_probability
@@ -85,6 +98,8 @@ def fate(piece: bytes, faults: Faults, random: Random) -> Fate:
     resets = random.random() < faults.reset_probability
     delay_s = faults.delay_s + random.uniform(0.0, faults.jitter_s)
     piece = lengthened(piece, faults.forged)
+    if faults.frames_lost:
+        piece = without_frames(piece)
     if flips:
         damaged = bytearray(piece)
         damaged[bit // 8] ^= 1 << bit % 8

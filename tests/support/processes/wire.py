@@ -61,26 +61,26 @@ def router(folder: Path, *, lifeline: bool = True) -> Iterator[subprocess.Popen[
 
 
 @contextlib.contextmanager
-def world_transport(folder: Path) -> Iterator[ZenohTransport]:
-    """A transport with the world's subscriptions, queries and watches."""
+def world_transport(folder: Path, *, alive: str | None = None) -> Iterator[ZenohTransport]:
+    """A transport with the world's subscriptions, queries and watches; by default without a token."""
     session = read_session(folder / f"{WORLD}.json")
     with open_transport(
         session,
         hear=[KEYS.drive("*"), KEYS.fence("*"), KEYS.log("*")],
         answer=[KEYS.scan("*"), KEYS.mission()],
-        alive=None,
+        alive=alive,
         watch=KEYS.alive("*", "*"),
     ) as transport:
         yield transport
 
 
 @contextlib.contextmanager
-def robot_transport(folder: Path, name: str) -> Iterator[ZenohTransport]:
-    """A transport with a robot's subscriptions and its token."""
+def robot_transport(folder: Path, name: str, *, watch: str | None = None) -> Iterator[ZenohTransport]:
+    """A transport with a robot's subscriptions and its token; by default it watches no tokens."""
     session = read_session(folder / f"{name}.json")
     hear = [KEYS.link("*", name), KEYS.odometry(name), KEYS.view("*", name), KEYS.logged(name)]
     with open_transport(
-        session, hear=hear, answer=[], alive=KEYS.alive(name, TOKEN), watch=None
+        session, hear=hear, answer=[], alive=KEYS.alive(name, TOKEN), watch=watch
     ) as transport:
         yield transport
 

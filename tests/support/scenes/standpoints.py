@@ -9,7 +9,8 @@ from hypothesis import assume
 from hypothesis import strategies as st
 
 from agents.navigation.scan import View, view
-from clew.fields.field import BUILDERS, Field, Kind, scene
+from clew.fields.field import BUILDERS, Field, scene
+from clew.fields.kinds import Kind
 from protocol.arrays import Floats, scan_bearings_rad
 from protocol.fence import Fence
 from protocol.frames import Pose

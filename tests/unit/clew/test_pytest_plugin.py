@@ -1,36 +1,11 @@
 """The plugin, in sessions of pytest of their own: what tests get, and what they say when they fail."""
 
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-from protocol.root import ROOT
-from tests.support.deadline import DEADLINE_S
-
-HEAD = "import clew\nimport pytest\n\n"
-
-
-def played(folder: Path, test: str, *options: str) -> tuple[int, str]:
-    """Run a file of tests with the plugin; returns the exit code and the output."""
-    (folder / "test_mine.py").write_text(HEAD + test, encoding="utf-8")
-    said = subprocess.run(
-        [sys.executable, "-m", "pytest", "-p", "clew.pytest_plugin", "-p", "xdist", *options],
-        cwd=folder,
-        env={
-            **{name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")},
-            "PYTHONPATH": str(ROOT),
-            "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",  # the environment may have an older one of ours
-        },
-        capture_output=True,
-        text=True,
-        timeout=2 * DEADLINE_S,
-        check=False,
-    )
-    return said.returncode, said.stdout + said.stderr
+from tests.support.plugin import played
 
 
 def test_each_seed_is_a_test_of_its_own_with_its_own_folder_also_in_parallel(tmp_path: Path) -> None:

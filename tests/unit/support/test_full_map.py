@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clew.fields.field import Field, Kind, scene
+from clew.fields.field import Field, scene
+from clew.fields.kinds import Kind
 from tests.support.full_map import QUARTER_CHORDS, Answer, Disc, solvable, widest_radius_m
 
 GAP_M = 1.0

@@ -188,3 +188,12 @@ async def test_server_that_is_not_there_ends_the_connection() -> None:
         reader, writer = await asyncio.open_connection("127.0.0.1", port)
         assert await reader.read() == b""
         writer.close()
+
+
+def test_a_link_that_loses_frames_keeps_handshakes_and_signs_of_life() -> None:
+    def batch(kind: int, *rest: int) -> bytes:
+        return bytes((1 + len(rest), 0, kind, *rest))
+
+    init, alive = batch(0x01, 7, 8), batch(0x04)
+    lossy = fate(init + batch(FRAME, 9) + alive + batch(0xA0 | FRAME), Faults(frames_lost=True), Random(1))
+    assert lossy.piece == init + alive

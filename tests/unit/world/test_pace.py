@@ -8,7 +8,7 @@ from world import answers
 from world.answers import SLACK_S
 from world.bodies.arena import ODOMETRY_TICKS, TICK_S
 from world.events import StopAsked, TokenWent
-from world.pace import GLANCE_S, PATIENCE_S, REMIND_S, REPEAT_S, Pace
+from world.pace import GLANCE_S, HELD_S_MAX, PATIENCE_S, REMIND_S, REPEAT_S, Pace
 
 ODOMETRY_S = ODOMETRY_TICKS * TICK_S
 
@@ -163,6 +163,29 @@ def test_lock_step_sends_odometry_again_to_robots_without_an_answer() -> None:
     assert pace.take_reminder(stage.world, wall_s=100.0 + 2 * REMIND_S)
     answered(stage)
     assert not pace.take_reminder(stage.world, wall_s=200.0)
+
+
+def test_a_held_run_goes_only_as_far_as_it_is_asked_to() -> None:
+    stage, pace = running(), Pace(None, held_at_s=0.0)
+    answered(stage)
+    assert ticks_due(stage, pace, wall_s=1.0, answering=True) == 0
+    pace.go(1.0, wall_s=2.0)
+    assert ticks_due(stage, pace, wall_s=2.0, answering=True) == pytest.approx(1.0 / TICK_S, abs=1)
+    assert ticks_due(stage, pace, wall_s=2.0 + HELD_S_MAX, answering=True) == 0
+
+
+def test_a_held_run_whose_test_is_dead_is_released() -> None:
+    stage, pace = running(), Pace(None, held_at_s=0.0)
+    answered(stage)
+    assert ticks_due(stage, pace, wall_s=1.0) == 0
+    assert ticks_due(stage, pace, wall_s=1.1 + HELD_S_MAX) == ODOMETRY_TICKS
+
+
+def test_a_run_that_is_over_is_not_held() -> None:
+    stage, pace = running(), Pace(None, held_at_s=0.0)
+    pace.wait_s(stage.world, wall_s=0.0)
+    stage.handle(StopAsked(ExitCode.INTERRUPTED))
+    assert ticks_due(stage, pace, wall_s=2.0) > 0
 
 
 def test_lock_step_ends_with_the_run() -> None:

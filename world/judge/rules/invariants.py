@@ -41,14 +41,6 @@ from world.judge.rules.rule import Dated, breach_of, broken
 ARRIVAL = ("A1", "A2")
 """What an arrival must keep to be one."""
 
-INVARIANTS = (
-    *("S1", "S2", "S3", "S4"),
-    *("F1", "F2", "F3", "F4", "F5", "F6"),
-    *("P1", "P2", "P3", "P4", "P5", "P6", "P7"),
-    *ARRIVAL,
-)
-"""All invariants of a run, in the order of the verdict."""
-
 EPOCHS_KEPT = 4  # of a link: its robots are in one epoch, and late entries are of the one before
 
 

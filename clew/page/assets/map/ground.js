@@ -1,8 +1,8 @@
 // What never changes on a map: the grid, the bounds, the obstacles and the goal; and the moving obstacles.
 
-/** The outline of a shape of the scenario. @param {any} shape @returns {Path2D} */
+/** The outline of a shape of the scenario. @param {any} shape @returns {Outline} */
 function outlineOf(shape) {
-  const outline = new Path2D();
+  const outline = new Outline();
   if (shape.shape === "circle") {
     const [x, y] = shape.centre_m;
     outline.arc(x, y, shape.radius_m, 0, 2 * Math.PI);
@@ -84,18 +84,19 @@ function drawGround(context, view, run) {
   drawScale(context, view);
 }
 
-/** @param {CanvasRenderingContext2D} context @param {View} view @param {any[]} shapes */
+const NAME_PX_MIN = 5; // half of the least room for an obstacle's number
+
+/** Numbers on the obstacles that have room for them. @param {CanvasRenderingContext2D} context @param {View} view @param {any[]} shapes */
 function nameObstacles(context, view, shapes) {
-  if (shapes.length > 60) return; // more numbers than anybody reads
   context.fillStyle = colour.soft;
-  context.font = font(11, "600");
   context.textAlign = "center";
   context.textBaseline = "middle";
   shapes.forEach((shape, i) => {
-    const places = extentsOf(shape);
-    if (places.length === 0) return;
-    const [x, y] = [0, 1].map((axis) => places.reduce((sum, place) => sum + place[axis], 0) / places.length);
-    context.fillText(String(i + 1), ...view.toScreen(x, y));
+    const { x, y, room } = middleOf(shape);
+    const [px, py] = view.toScreen(x, y);
+    if (!(room * view.scale > NAME_PX_MIN) || px < 0 || py < 0 || px > view.width || py > view.height) return;
+    context.font = font(Math.min(1.6 * room * view.scale, 11), "600");
+    context.fillText(String(i + 1), px, py);
   });
 }
 
@@ -155,9 +156,13 @@ function drawMovers(context, view, run, t) {
   }
 }
 
-/** @param {CanvasRenderingContext2D} context @param {number} x px @param {number} y px @param {string} text @param {string} tone */
+/** A word that is never cut by the edge. @param {CanvasRenderingContext2D} context @param {number} x px @param {number} y px @param {string} text @param {string} tone */
 function label(context, x, y, text, tone) {
   context.font = font(11, "600");
+  const ratio = window.devicePixelRatio || 1;
+  const half = context.measureText(text).width / 2 + 3;
+  x = Math.min(Math.max(x, half), context.canvas.width / ratio - half);
+  y = Math.min(Math.max(y, 8), context.canvas.height / ratio - 8);
   context.textAlign = "center";
   context.textBaseline = "middle";
   context.lineWidth = 3;

@@ -57,7 +57,7 @@ function drawScan({ context, run, t, px, sees }) {
     ranges.reduce((/** @type {number} */ most, /** @type {number} */ each) => Math.max(most, each), 0) -
     0.002;
   context.beginPath();
-  const hits = new Path2D();
+  const hits = new Outline();
   for (let ray = 0; ray < ranges.length; ray++) {
     const bearing = -Math.PI + (2 * Math.PI * ray) / ranges.length;
     const [hx, hy] = [x + ranges[ray] * Math.cos(bearing), y + ranges[ray] * Math.sin(bearing)];
@@ -128,7 +128,7 @@ function pair(point) {
 /** A disc swept straight. @param {[number, number]} start @param {[number, number]} end @param {number} radius */
 function capsule(start, end, radius) {
   const heading = Math.atan2(end[1] - start[1], end[0] - start[0]);
-  const ground = new Path2D();
+  const ground = new Outline();
   ground.arc(end[0], end[1], radius, heading - Math.PI / 2, heading + Math.PI / 2);
   ground.arc(start[0], start[1], radius, heading + Math.PI / 2, heading + 1.5 * Math.PI);
   ground.closePath();

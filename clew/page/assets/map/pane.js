@@ -30,10 +30,18 @@ class Pane {
     Object.assign(view, { width, height });
     if (view.isFitted && (hasResized || app.refreshed !== this.fitted)) this.fit();
     const t = app.timeOf(this.index);
-    run.goTo(t);
+    if (app.isWatching) this.watch(t);
     context.clearRect(0, 0, width, height);
     const key = `${view.scale}|${view.x}|${view.y}|${run.subject?.run}`;
     this.ground.show(context, width, height, key, (onto) => drawGround(onto, view, run));
+    this.paint(context, t);
+    this.say(t);
+  }
+
+  /** All that changes with time. @param {CanvasRenderingContext2D} context @param {number} t */
+  paint(context, t) {
+    const { run, view, app } = this;
+    run.goTo(t);
     drawMovers(context, view, run, t);
     context.save();
     view.apply(context);
@@ -47,7 +55,6 @@ class Pane {
     for (const layer of LAYERS) if (app.layers.has(layer.id)) layer.draw(scene);
     drawRobots(scene);
     context.restore();
-    this.say(t);
   }
 
   /** @param {number} t */
@@ -69,6 +76,7 @@ class Pane {
     const fingers = new Map();
     let moved = 0;
     const { canvas, view, app } = this;
+    hovering(canvas, (x, y) => sayMap(this, x, y));
     canvas.addEventListener("pointerdown", (event) => {
       canvas.setPointerCapture(event.pointerId);
       fingers.set(event.pointerId, { x: event.offsetX, y: event.offsetY });
@@ -85,6 +93,7 @@ class Pane {
           Math.max(Math.hypot(before.x - other.x, before.y - other.y), 1);
         view.zoom(spread, (now.x + other.x) / 2, (now.y + other.y) / 2);
       }
+      app.isWatching = false;
       view.pan((now.x - before.x) / fingers.size, (now.y - before.y) / fingers.size);
       moved += Math.hypot(now.x - before.x, now.y - before.y);
       fingers.set(event.pointerId, now);
@@ -92,7 +101,7 @@ class Pane {
     });
     const lift = (/** @type {PointerEvent} */ event) => {
       if (fingers.delete(event.pointerId) && moved < 5 && event.type === "pointerup")
-        this.choose(event.offsetX, event.offsetY);
+        app.choose(this.robotAt(event.offsetX, event.offsetY, 16), this.index);
     };
     canvas.addEventListener("pointerup", lift);
     canvas.addEventListener("pointercancel", lift);
@@ -114,6 +123,7 @@ class Pane {
   /** Have the whole run in view, and keep it so. */
   fit() {
     this.view.isFitted = true;
+    this.app.isWatching = false;
     this.fitted = this.app.refreshed;
     const box = boxOfAll(this.app.runs); // the same for all: what is to be compared is drawn to one scale
     const aspect = (box.top - box.bottom) / (box.right - box.left) / this.app.runs.length;
@@ -121,15 +131,38 @@ class Pane {
     this.view.fit(box);
   }
 
-  /** Choose the robot there, or none. @param {number} px @param {number} py */
-  choose(px, py) {
-    const reach = Math.max(this.run.radius * this.view.scale, 16);
+  /** Have all robots in view, as large as that lets them be. */
+  fitRobots() {
+    const t = this.app.timeOf(this.index);
+    const box = { left: Infinity, right: -Infinity, bottom: Infinity, top: -Infinity };
+    for (const body of this.run.bodies.values()) {
+      body.goTo(t);
+      if (!Number.isNaN(body.x)) widen(box, body.x, body.y, 4 * this.run.radius + this.run.epsilon);
+    }
+    if (!(box.left < box.right)) return;
+    this.view.fit(box);
+    this.view.isFitted = false;
+    this.app.isWatching = false;
+  }
+
+  /** Have the chosen robot, or the leader, in the middle. @param {number} t */
+  watch(t) {
+    const { app, run, view } = this;
+    const body = run.bodies.get((app.focus === this.index && app.robot) || strandAt(run, t)?.order[0] || 0);
+    body?.goTo(t);
+    if (!body || Number.isNaN(body.x)) return;
+    Object.assign(view, { x: body.x, y: body.y, isFitted: false });
+  }
+
+  /** The robot there; 0: none. @param {number} px @param {number} py @param {number} [around] px */
+  robotAt(px, py, around = 8) {
+    const reach = Math.max(this.run.radius * this.view.scale, around);
     let [nearest, least] = [0, reach];
     for (const body of this.run.bodies.values()) {
       const [x, y] = this.view.toScreen(body.x, body.y);
       const far = Math.hypot(px - x, py - y);
       if (far < least) [nearest, least] = [body.robot, far];
     }
-    this.app.choose(nearest, this.index);
+    return nearest;
   }
 }

@@ -45,9 +45,24 @@ function drawRobots({ context, view, run, t, px, robot, strand }) {
           [body.x - 0.7 * radius, body.y - 0.7 * side * radius],
           [body.x + 0.7 * radius, body.y + 0.7 * side * radius],
         );
-    numberRobot(context, view, body, radius, isDead);
+  }
+  numberRobots(context, view, run, t, radius, [robot, strand?.order[0] ?? 0]);
+}
+
+/** Numbers that do not lie on each other, the most wanted first. @param {CanvasRenderingContext2D} context @param {View} view @param {Run} run @param {number} t @param {number} radius @param {number[]} first */
+function numberRobots(context, view, run, t, radius, first) {
+  const rank = (/** @type {Body} */ { robot }) => (first.includes(robot) ? first.indexOf(robot) : first.length);
+  /** @type {[number, number][]} */
+  const taken = [];
+  for (const body of [...run.bodies.values()].sort((one, other) => rank(one) - rank(other))) {
+    const [x, y] = view.toScreen(body.x, body.y);
+    if (Number.isNaN(x) || taken.some(([px, py]) => Math.abs(px - x) < NUMBER_PX.wide && Math.abs(py - y) < NUMBER_PX.high)) continue;
+    if (radius * view.scale < 9) taken.push([x, y]); // else it stands on the robot itself
+    numberRobot(context, view, body, radius, stateAt(run.lanes.get(body.robot), t) === "dead");
   }
 }
+
+const NUMBER_PX = { wide: 17, high: 13 }; // of a number of two figures
 
 /** @param {CanvasRenderingContext2D} context @param {View} view @param {Body} body @param {number} radius @param {boolean} isDead */
 function numberRobot(context, view, body, radius, isDead) {

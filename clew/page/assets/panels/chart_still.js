@@ -2,7 +2,7 @@
 
 /** @param {Chart} chart @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */
 function drawStill(chart, context, width, height) {
-  drawTimeAxis(context, chart.app.end, MARGIN.left, width - MARGIN.right, height - MARGIN.bottom);
+  drawTimeAxis(context, chart.app.span, MARGIN.left, width - MARGIN.right, height - MARGIN.bottom);
   drawHeights(chart, context, width, height);
   for (const mark of chart.plot.marks(chart.app.run)) drawMark(chart, context, width, height, mark); // below curves
   const chosen = chart.app.robot;
@@ -15,8 +15,10 @@ function drawStill(chart, context, width, height) {
     height - MARGIN.top - MARGIN.bottom + 4,
   );
   context.clip();
+  for (const each of chart.others)
+    if (!chosen || !each.key || each.key === chosen) drawCurve(chart, context, width, height, each, false);
   for (const each of chart.series)
-    if (each.key !== chosen) drawCurve(chart, context, width, height, each, chosen !== 0 && each.key !== 0);
+    if (each.key !== chosen) drawCurve(chart, context, width, height, each, each.key !== 0 && (chosen !== 0 || chart.series.length > CROWD));
   for (const each of chart.series)
     if (each.key === chosen) drawCurve(chart, context, width, height, each, false);
   context.restore();
@@ -31,12 +33,13 @@ function markCuts(chart, context, width, height) {
   context.font = font(9);
   context.textAlign = "center";
   context.textBaseline = "top";
+  let at = -CUT_PX;
   for (const { key, curve } of chart.series) {
     context.fillStyle = colourOf(key);
-    let at = -CUT_PX;
+    if (chart.series.length <= CROWD) at = -CUT_PX;
     for (let i = 0; i < curve.value.length; i++) {
       const x = chart.x(curve.t.data[i], width);
-      if (curve.value.data[i] <= chart.most || x - at < CUT_PX) continue;
+      if (curve.value.data[i] <= chart.most || x - at < CUT_PX || x < MARGIN.left || x > width - MARGIN.right) continue;
       context.fillText("▴", (at = x), MARGIN.top - 8);
     }
   }
@@ -69,18 +72,21 @@ function drawHeights(chart, context, width, height) {
 function drawCurve(chart, context, width, height, series, isFaint) {
   const { curve } = series;
   context.strokeStyle = colourOf(series.key);
-  context.globalAlpha = isFaint ? 0.25 : 1;
+  context.globalAlpha = isFaint ? 0.25 : series.isOther ? 0.6 : 1;
   context.lineWidth = series.key === chart.app.robot ? 2.25 : 1.4;
-  context.setLineDash(dashOf(series.key));
+  context.setLineDash(series.isOther ? [1, 3] : dashOf(series.key));
   context.lineJoin = "round";
   context.beginPath();
   let lowest = Infinity; // of the samples on one pixel only the lowest is drawn, which must not be lost
-  let at = -1;
+  let at = -Infinity;
   let before = 0;
-  for (let i = 0; i < curve.value.length; i++) {
+  const { from, to } = chart.app.span; // and one place beyond on either side, to which the curve goes on
+  const first = Math.max(placeAt(curve.t.data, curve.t.length, from), 0);
+  const last = Math.min(placeAt(curve.t.data, curve.t.length, to) + 1, curve.value.length - 1);
+  for (let i = first; i <= last; i++) {
     const x = Math.round(chart.x(curve.t.data[i], width) * 2) / 2;
     const value = curve.value.data[i];
-    if (x !== at && at >= 0) {
+    if (x !== at && at > -Infinity) {
       if (series.steps) context.lineTo(at, chart.y(before, height));
       context.lineTo(at, chart.y(lowest, height));
       before = lowest;
@@ -89,7 +95,7 @@ function drawCurve(chart, context, width, height, series, isFaint) {
     at = x;
     lowest = series.steps ? value : Math.min(lowest, value);
   }
-  if (at >= 0) {
+  if (at > -Infinity) {
     if (series.steps) context.lineTo(at, chart.y(before, height));
     context.lineTo(at, chart.y(lowest, height));
   }
@@ -105,8 +111,8 @@ function nameCurves(chart, context, width, height) {
   const names = chart.series.map(({ name, key, curve }) => ({
     name,
     key,
-    y: chart.y(curve.value.last, height),
-  }));
+    y: chart.y(Math.min(curve.at(chart.app.span.to), chart.most), height),
+  })).filter(({ y }) => !Number.isNaN(y));
   names.sort((one, other) => one.y - other.y);
   const bottom = height - MARGIN.bottom;
   if (names.length < 2 || names.length * NAME_PX > bottom) return;
@@ -139,9 +145,9 @@ function drawMark(chart, context, width, height, mark) {
   label(context, width - MARGIN.right - 24, y + (isBelow ? 8 : -8), mark.name, colour.bad);
 }
 
-/** @param {CanvasRenderingContext2D} context @param {number} end s @param {number} left px @param {number} right px @param {number} y px */
-function drawTimeAxis(context, end, left, right, y) {
-  const step = roundStep(Math.max(end, 1e-3), (right - left) / 70);
+/** @param {CanvasRenderingContext2D} context @param {Span} span @param {number} left px @param {number} right px @param {number} y px */
+function drawTimeAxis(context, span, left, right, y) {
+  const step = roundStep(span.to - span.from, (right - left) / 70);
   context.strokeStyle = colour.faint;
   context.fillStyle = colour.soft;
   context.font = font(11);
@@ -151,28 +157,15 @@ function drawTimeAxis(context, end, left, right, y) {
   context.beginPath();
   context.moveTo(left, y + 0.5);
   context.lineTo(right, y + 0.5);
-  for (let t = 0; t <= end * 1.0001; t += step) {
-    const x = Math.round(left + (t / Math.max(end, 1e-3)) * (right - left)) + 0.5;
+  for (let i = Math.ceil(span.from / step - 1e-6); i * step <= span.to * 1.0001; i++) {
+    const x = Math.round(left + span.share(i * step) * (right - left)) + 0.5;
     context.moveTo(x, y);
     context.lineTo(x, y + 4);
-    context.fillText(step >= 1 ? `${Math.round(t)}` : t.toFixed(1), x, y + 6);
+    context.fillText(step >= 1 ? `${Math.round(i * step)}` : (i * step).toFixed(step < 0.1 ? 2 : 1), x, y + 6);
   }
   context.stroke();
-}
-
-/**
- * Let time be scrubbed on a canvas.
- * @param {HTMLCanvasElement} canvas @param {App} app @param {(x: number, width: number) => number} share of the run
- */
-function scrubbing(canvas, app, share) {
-  const seek = (/** @type {PointerEvent} */ event) => {
-    app.seek(Math.min(Math.max(share(event.offsetX, canvas.clientWidth), 0), 1) * app.end);
-  };
-  canvas.addEventListener("pointerdown", (event) => {
-    canvas.setPointerCapture(event.pointerId);
-    seek(event);
-  });
-  canvas.addEventListener("pointermove", (event) => {
-    if (canvas.hasPointerCapture(event.pointerId)) seek(event);
-  });
+  if (span.isWhole) return;
+  context.fillStyle = colour.promise; // how much of the run that is
+  const at = (/** @type {number} */ t) => left + (t / span.app.end) * (right - left);
+  context.fillRect(at(span.from), y - 1, Math.max(at(span.to) - at(span.from), 3), 3);
 }

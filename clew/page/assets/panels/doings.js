@@ -24,15 +24,16 @@ function doings(run, robot) {
 function doingAt(run, body, t) {
   const state = stateAt(run.lanes.get(body.robot), t) || "free";
   if (body.isMoving) return state === "dead" ? "rolling out, dead" : "driving";
-  return (
-    {
-      free: "standing",
-      waiting: "waiting for a link",
-      holding: "holding for the robot behind",
-      aside: "aside, left out of the strand",
-    }[state] ?? state
-  );
+  return DOES[state] ?? state;
 }
+
+/** States in words. @type {Record<string, string>} */
+const DOES = {
+  free: "standing",
+  waiting: "waiting for a link",
+  holding: "holding for the robot behind",
+  aside: "aside, left out of the strand",
+};
 
 /**
  * @param {CanvasRenderingContext2D} context @param {string} does @param {number} x @param {number} width
@@ -96,11 +97,6 @@ const SIGN_PX = 9;
 function drawSigns(lanes, context, width) {
   const top = LANE.top + LANE.band;
   context.textBaseline = "middle";
-  context.font = font(11, "600");
-  context.textAlign = "right";
-  context.fillStyle = colour.soft;
-  context.fillText("faults", LANE.left - 8, top + LANE.signs / 2);
-  context.fillText("mended", LANE.left - 8, top + 1.5 * LANE.signs);
   context.textAlign = "center";
   context.font = font(13, "700");
   /** @type {Set<string>} where one stands */

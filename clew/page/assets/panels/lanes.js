@@ -1,14 +1,16 @@
 // The time line: steps, what went wrong and what was mended, and a lane for each robot with what it did.
 
-const LANE = { left: 64, right: 16, axis: 20, band: 18, signs: 18, top: 4 };
+const LANE = { left: 64, right: 16, axis: 20, band: 18, signs: 18, top: 4, least: 4, most: 17, name: 10 };
 
 class Lanes {
   /** @param {App} app @param {HTMLCanvasElement} canvas */
   constructor(app, canvas) {
     this.app = app;
     this.canvas = canvas;
+    this.home = /** @type {HTMLElement} */ (canvas.parentElement);
     this.still = new Still();
-    scrubbing(canvas, app, (x, width) => (x - LANE.left) / (width - LANE.left - LANE.right));
+    scrubbing(canvas, app, LANE);
+    hovering(canvas, (x, y) => sayLanes(this, x, y));
     canvas.addEventListener("click", (event) => {
       const lane = Math.floor((event.offsetY - this.lanesTop) / this.laneHeight);
       const robot = app.run.robots[lane];
@@ -16,9 +18,11 @@ class Lanes {
     });
   }
 
-  /** Of one robot; many share the place of a few [px]. */
+  /** Of one robot [px]: as much as there is room for, so that all are seen at once. */
   get laneHeight() {
-    return this.app.run.bodies.size <= 8 ? 17 : this.app.run.bodies.size <= 14 ? 14 : 11;
+    const room = parseFloat(getComputedStyle(this.home).maxHeight) - this.lanesTop - LANE.axis;
+    const each = Math.floor(room / Math.max(this.app.run.bodies.size, 1));
+    return Math.min(Math.max(each, LANE.least), LANE.most);
   }
 
   get lanesTop() {
@@ -32,15 +36,12 @@ class Lanes {
     const { context, width, height } = surfaceOf(this.canvas);
     if (width === 0) return;
     context.clearRect(0, 0, width, height);
-    const key = `${app.news}|${app.focus}|${app.robot}`;
+    const key = `${app.news}|${app.focus}|${app.robot}|${app.span.from}|${app.span.to}`;
     this.still.show(context, width, height, key, (onto) => this.drawStill(onto, width, height));
-    const x = this.x(app.time, width);
-    context.strokeStyle = context.fillStyle = colour.ink;
     context.lineWidth = 1.5;
-    context.beginPath();
-    context.moveTo(x, LANE.top);
-    context.lineTo(x, height - LANE.axis);
-    context.stroke();
+    drawTime(app, context, (t) => this.x(t, width), LANE.top, height - LANE.axis);
+    const x = this.x(app.time, width);
+    context.fillStyle = colour.ink;
     context.beginPath();
     context.moveTo(x - 5, 0);
     context.lineTo(x + 5, 0);
@@ -53,33 +54,64 @@ class Lanes {
 
   /** @param {number} t @param {number} width */
   x(t, width) {
-    const share = Math.min(t / Math.max(this.app.end, 1e-3), 1); // a run that goes on is ahead of its axis
-    return LANE.left + share * (width - LANE.left - LANE.right);
+    return LANE.left + this.app.span.share(t) * (width - LANE.left - LANE.right);
   }
 
   /** @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */
   drawStill(context, width, height) {
     const { run } = this.app;
-    drawTimeAxis(context, this.app.end, LANE.left, width - LANE.right, height - LANE.axis);
+    drawTimeAxis(context, this.app.span, LANE.left, width - LANE.right, height - LANE.axis);
+    this.nameRows(context);
+    context.save();
+    context.beginPath(); // what is outside of the time shown is cut off
+    context.rect(LANE.left - 6, 0, width - LANE.left - LANE.right + 12, height);
+    context.clip();
     this.drawSteps(context, width);
     drawSigns(this, context, width);
+    this.drawDoings(context, width);
+    context.restore();
+  }
+
+  /** @param {CanvasRenderingContext2D} context */
+  nameRows(context) {
+    const { run } = this.app;
+    context.textAlign = "right";
+    context.textBaseline = "middle";
+    context.font = font(11, "600");
+    context.fillStyle = colour.soft;
+    ["step", "faults", "mended"].forEach((name, row) =>
+      context.fillText(name, LANE.left - 8, LANE.top + (row ? LANE.band + (row - 0.5) * LANE.signs : LANE.band / 2)),
+    );
+    const { laneHeight } = this;
+    const every = Math.ceil(LANE.name / laneHeight); // of thin lanes not all have room for their names
     run.robots.forEach((robot, lane) => {
-      const y = this.lanesTop + lane * this.laneHeight;
+      const y = this.lanesTop + lane * laneHeight;
       const isChosen = robot === this.app.robot;
       context.fillStyle = isChosen ? colour.ink : colourOf(robot);
-      context.font = font(Math.min(12, this.laneHeight - 1), isChosen ? "800" : "600");
+      context.font = font(Math.min(12, Math.max(laneHeight - 1, LANE.name)), isChosen ? "800" : "600");
       context.textAlign = "right";
       context.textBaseline = "middle";
-      context.fillText(`${isChosen ? "▸ " : ""}r${robot}`, LANE.left - 8, y + this.laneHeight / 2);
+      if (isChosen || lane % every === 0)
+        context.fillText(`${isChosen ? "▸ " : ""}r${robot}`, LANE.left - (isChosen && every > 1 ? 26 : 8), y + laneHeight / 2);
+    });
+  }
+
+  /** @param {CanvasRenderingContext2D} context @param {number} width */
+  drawDoings(context, width) {
+    const { run, span } = this.app;
+    const { laneHeight } = this;
+    run.robots.forEach((robot, lane) => {
+      const y = this.lanesTop + lane * laneHeight;
       for (const part of doings(run, robot)) {
+        if (part.to < span.from || part.from > span.to) continue;
         const [from, to] = [this.x(part.from, width), this.x(part.to, width)];
         drawDoing(
           context,
           part.does,
           from,
           Math.max(to - from, 0.5),
-          y + 1.5,
-          this.laneHeight - 3,
+          y + laneHeight * 0.09,
+          laneHeight * 0.82,
           colourOf(robot),
         );
       }
@@ -91,10 +123,6 @@ class Lanes {
     context.font = font(11, "600");
     context.textAlign = "center";
     context.textBaseline = "middle";
-    context.fillStyle = colour.soft;
-    context.textAlign = "right";
-    context.fillText("step", LANE.left - 8, LANE.top + LANE.band / 2);
-    context.textAlign = "center";
     for (const [i, { step, end, from: fromTime, to: toTime }] of this.app.run.steps.entries()) {
       const [from, to] = [this.x(fromTime, width), this.x(toTime, width)];
       context.globalAlpha = i % 2 ? 0.28 : 0.16;

@@ -20,19 +20,9 @@ function fromMovers(run, x, y, t) {
   return least;
 }
 
-/** From a place to a polygon; 0 inside. @param {[number, number][]} ring @param {number} x @param {number} y */
+/** From a place to a polygon; 0 inside. @param {number[][]} ring @param {number} x @param {number} y */
 function fromRing(ring, x, y) {
-  let least = Infinity;
-  let isInside = false;
-  ring.forEach(([toX, toY], i) => {
-    const [fromX, fromY] = ring[(i || ring.length) - 1];
-    const [alongX, alongY] = [toX - fromX, toY - fromY];
-    const length2 = alongX * alongX + alongY * alongY || 1;
-    const share = Math.min(Math.max(((x - fromX) * alongX + (y - fromY) * alongY) / length2, 0), 1);
-    least = Math.min(least, Math.hypot(x - fromX - share * alongX, y - fromY - share * alongY));
-    if (toY > y !== fromY > y && x < fromX + (alongX * (y - fromY)) / alongY) isInside = !isInside;
-  });
-  return isInside ? 0 : least;
+  return isInside(ring, x, y) ? 0 : toEdges([...ring, ring[0]], x, y);
 }
 
 /** Of the robots that live, the one that is nearest to any obstacle. @param {Run} run @param {number} t */

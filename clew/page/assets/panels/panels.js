@@ -39,7 +39,7 @@ function showVerdict(app) {
   const badge = byId("badge");
   badge.textContent = `${verdict ? (verdict.ok ? "✓ " : "✗ ") : "… "}${word}`;
   badge.className = verdict ? (verdict.ok ? "good" : "bad") : "open";
-  byId("reason").textContent = [verdict?.reason, run.shortfall].filter(Boolean).join(". ");
+  byId("reason").replaceChildren(...reasonOf(app));
   const facts = subject
     ? [
         subject.scenario?.name,
@@ -54,7 +54,7 @@ function showVerdict(app) {
   document.title = `${verdict ? (verdict.ok ? "✓ " : "✗ ") : ""}${subject?.scenario?.name ?? "Clew"}, seed ${subject?.seed ?? "?"} – Clew`;
   byId("figures").replaceChildren(
     ...figuresOf(run).map(([name, value, beside]) =>
-      element("div", {}, element("dt", {}, name), element("dd", {}, value, element("small", {}, beside))),
+      element("div", { title: beside }, element("dt", {}, name), element("dd", {}, value, " ", element("small", {}, beside))),
     ),
   );
   const flaws = byId("flaws");

@@ -1,7 +1,7 @@
 // What there is to be seen against time: clearance, separation, passings, stretch of links, messages lost.
 
 /**
- * @typedef {{name: string, key: number, curve: Curve, steps?: boolean, who?: (i: number) => string}} Series
+ * @typedef {{name: string, key: number, curve: Curve, steps?: boolean, isOther?: boolean, who?: (i: number) => string}} Series
  *   `key`: the robot whose colour and dash it has; 0: it is of the whole fleet
  * @typedef {{value: number, name: string, dash: number[]}} Mark a height that means something
  * @typedef {{id: string, title: string, about: string, series: (run: Run) => Series[], marks: (run: Run) => Mark[],
@@ -9,14 +9,38 @@
  *   isOf?: (run: Run) => boolean}} Plot `isOf`: whether a run has such a thing at all
  */
 
+const CROWD = 12; // robots: of more, the curves are faint, and the least of all is drawn over them
+const PIECES = 400; // of the run's time, in each of which the least is taken
+
+/** The least clearance of all robots against time. @param {Run} run */
+function leastOfAll(run) {
+  const piece = Math.max(run.end, 1e-3) / PIECES;
+  const least = new Array(PIECES + 1).fill(Infinity);
+  for (const { clearance } of run.bodies.values()) {
+    let at = 0;
+    for (let i = 0; i < clearance.value.length; i++) {
+      const next = Math.min(Math.floor(clearance.t.data[i] / piece), PIECES);
+      if (i) for (; at < next; at++) least[at] = Math.min(least[at], clearance.value.data[i - 1]); // it stood, or rolled on
+      at = next;
+      least[at] = Math.min(least[at], clearance.value.data[i]);
+    }
+    if (clearance.value.length) for (; at <= PIECES; at++) least[at] = Math.min(least[at], clearance.value.last);
+  }
+  const curve = new Curve();
+  least.forEach((value, i) => value < Infinity && curve.push((i + 0.5) * piece, value));
+  return curve;
+}
+
 /** @type {Plot[]} */
 const PLOTS = [
   {
     id: "clearance",
     title: "Clearance [m]",
     about: "of each robot: from its hull to the nearest fixed obstacle, the least since the previous sample",
-    series: (run) =>
-      run.robots.map((robot) => ({ name: `r${robot}`, key: robot, curve: run.body(robot).clearance })),
+    series: (run) => [
+      ...run.robots.map((robot) => ({ name: `r${robot}`, key: robot, curve: run.body(robot).clearance })),
+      ...(run.bodies.size > CROWD ? [{ name: "all", key: 0, curve: leastOfAll(run) }] : []),
+    ],
     marks: (run) => [
       { value: run.epsilon, name: "ε", dash: [] },
       { value: run.epsilon - run.mu0, name: "ε − μ0", dash: [5, 3] },

@@ -1,4 +1,4 @@
-// The tables of the page: steps with their distances, the moments of the run, and the books of messages.
+// The tables of the page: steps with their distances, and the books of messages.
 
 const COLUMNS_MAX = 16; // obstacles in the step table: more would be read by nobody
 
@@ -86,44 +86,6 @@ function markStep(app) {
   const body = byId("steps").lastElementChild;
   const place = app.run.steps.findLastIndex((each) => each.from <= app.time); // -1: the start
   mark(byId("steps"), body?.children[place + (app.run.start ? 1 : 0)]);
-}
-
-const MOMENTS_SHOWN = 400; // in the list; all are on the time line
-
-/** @type {number[]} when the moments of the list were */
-let momentTimes = [];
-
-/** @param {App} app */
-function showMoments(app) {
-  const { all } = app.run.moments;
-  const told = rarestFirst(all)
-    .slice(0, MOMENTS_SHOWN)
-    .sort((one, other) => one.t - other.t || one.i - other.i);
-  momentTimes = told.map((moment) => moment.t);
-  byId("moments").replaceChildren(
-    ...told.map((moment) => {
-      const link = element(
-        "button",
-        { type: "button" },
-        element("time", {}, moment.t.toFixed(2)),
-        element("i", { class: `row${moment.sign.row}` }, moment.sign.sign),
-        element("span", {}, moment.says),
-      );
-      link.addEventListener("click", () => app.seek(moment.t));
-      return element("li", {}, link);
-    }),
-  );
-  byId("moments-about").textContent =
-    told.length < all.length ? `${told.length} of ${all.length} moments, of the rarest kinds.` : "";
-}
-
-/** Mark the newest moment and have it in sight of the list. @param {App} app */
-function markMoment(app) {
-  const list = byId("moments");
-  const newest = /** @type {HTMLElement | undefined} */ (
-    list.children[placeAt(momentTimes, momentTimes.length, app.time + 1e-9)]?.firstElementChild ?? undefined
-  );
-  if (mark(list, newest) && newest) list.scrollTop = newest.offsetTop - list.clientHeight / 2;
 }
 
 /** @param {App} app */

@@ -14,7 +14,7 @@ class Body {
     this.ys = new Growing();
     this.headings = new Growing();
     this.clearance = new Curve();
-    /** @type {Path2D[]} pieces of the trail [m; world frame] */
+    /** @type {Outline[]} pieces of the trail [m; world frame] */
     this.pieces = [];
     this.x = NaN;
     this.y = NaN;
@@ -31,7 +31,7 @@ class Body {
     this.headings.pushDeltas(track.heading, 1e-3);
     while ((this.pieces.length + 1) * CHUNK < this.t.length) {
       const first = this.pieces.length * CHUNK;
-      const piece = new Path2D();
+      const piece = new Outline();
       piece.moveTo(this.xs.data[first], this.ys.data[first]);
       for (let i = first + 1; i <= first + CHUNK; i++) piece.lineTo(this.xs.data[i], this.ys.data[i]);
       this.pieces.push(piece);

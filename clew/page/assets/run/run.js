@@ -5,7 +5,9 @@
 /** By which rows of a kind are looked up. @type {Record<string, (rows: Columns, i: number) => string | number | null>} */
 const KEYS = {
   "order.accepted": (rows, i) => (rows.target[i] === null ? null : rows.robot[i]), // to stand still says nothing of the way
+  "order.refused": (rows, i) => rows.robot[i],
   "scan.served": (rows, i) => rows.robot[i],
+  "strand.joined": (rows, i) => robotOf(rows.source[i]),
   "step.planned": (rows, i) => robotOf(rows.source[i]),
   "segment.checked": (rows, i) => robotOf(rows.source[i]),
   "authority.granted": (rows, i) => `${robotOf(rows.source[i])}>${rows.to[i]}`,

@@ -42,20 +42,24 @@ function boundariesOf(run) {
  * @param {Run} from @param {Run} to @param {number} time
  */
 function aligned(from, to, time) {
+  return alignment(from, to)(time);
+}
+
+/** The same for many times. @param {Run} from @param {Run} to @returns {(time: number) => number} */
+function alignment(from, to) {
   const [here, there] = [from, to].map((run) => new Map(run.steps.map((each) => [each.step, each])));
-  let before = [0, 0];
+  const pairs = [[0, 0]];
   for (const [step, one] of here) {
     const other = there.get(step);
-    if (!other) continue;
-    for (const next of [
-      [one.from, other.from],
-      [one.to, other.to],
-    ]) {
-      if (next[0] > time) return between(before, next, time);
-      before = next;
-    }
+    if (other) pairs.push([one.from, other.from], [one.to, other.to]);
   }
-  return between(before, [Math.max(from.end, before[0]), Math.max(to.end, before[1])], time);
+  const last = pairs[pairs.length - 1];
+  pairs.push([Math.max(from.end, last[0]), Math.max(to.end, last[1])]);
+  return (time) => {
+    const next = pairs.findIndex((each, i) => i > 0 && each[0] > time);
+    const place = next < 0 ? pairs.length - 1 : next;
+    return between(pairs[place - 1], pairs[place], time);
+  };
 }
 
 /** @param {number[]} before @param {number[]} next @param {number} time */

@@ -12,6 +12,14 @@ function linkAt(run, one, other, t) {
   return stateAt(run.links.get(`${Math.min(one, other)}-${Math.max(one, other)}`), t);
 }
 
+/** A link's state, and for how long it has had it. @param {Run} run @param {number} one @param {number} other @param {number} t */
+function linkWords(run, one, other, t) {
+  const changes = run.links.get(`${Math.min(one, other)}-${Math.max(one, other)}`);
+  const place = changes ? placeAt(changes.t, changes.t.length, t) : -1;
+  if (!changes || place < 0) return "up";
+  return `${changes.state[place]} for ${(t - changes.t[place]).toFixed(1)} s`;
+}
+
 /**
  * How far a robot is along the strand's path [m]: of its order's target, less what is left to drive.
  * @param {Run} run @param {Body} body @param {{epoch: number, turn: number}} strand @param {number} t

@@ -227,6 +227,22 @@ def test_a_robot_that_reports_too_late_is_left_out_and_let_in_by_its_plea() -> N
     assert any(post.thing.out for post in stage.sent(of(Answer, receiver=3)))
 
 
+def test_a_robot_that_does_not_count_for_now_goes_on_reporting_until_the_formation_leaves_it_out() -> None:
+    stage = ViewStage.driving()
+    stage.lose(lambda post: isinstance(post.thing, STATES) and {post.sender, post.receiver} == {2, 3})
+    stage.lose(of(Raise, sender=3))
+    former = stage.fence.epoch
+    stage.run(lambda: stage.fence.epoch != former)
+    stage.lose(of(Odometry, receiver=1))  # the view waits for its report
+    first = len(stage.posted)
+    stage.run(lambda: bool(stage.formed))
+    told = [post.thing for post in stage.posted[first:] if of(Answer, receiver=3)(post)]
+    assert told
+    assert not any(answer.out for answer in told)
+    assert stage.processes[3].robot.state is State.BOUND
+    stage.run(lambda: stage.processes[3].robot.state is State.ASIDE, s_max=2.0)
+
+
 def test_a_strand_of_scattered_robots_comes_to_the_goal() -> None:
     stage = ViewStage.driving(SCATTERED)
     stage.run(lambda: math.dist(stage.place(1), (3.4, 1.5)) < 0.2, s_max=40.0)

@@ -4,7 +4,7 @@ from msgspec.structs import replace
 
 from agents.membership.states import State
 from clew.explore.setting import SCATTERED
-from protocol.fence import May, Turn
+from protocol.fence import May, Raise, Turn
 from protocol.timeline import FenceChanged, OrderAccepted, OrderRefused, RobotPlaced
 from protocol.wire.messages import Drive, Odometry, Scan
 from protocol.wire.view import Answer, Formation, Report
@@ -92,6 +92,27 @@ def test_v6_a_lease_that_arrives_after_all_gives_nobody_the_turn() -> None:
     assert stage.fence == fence
     assert stage.processes[3].robot.state is State.MEMBER
     stage.pass_s(5.0)
+
+
+def test_a_report_of_an_older_epoch_does_not_count_however_high_its_number() -> None:
+    stage = in_turn(2, 3, SCATTERED)
+    stage.run(lambda: stage.fence.may is May.ALL)
+    late = stage.sent(of(Report, sender=3))[-1]
+    stage.pass_s(2.0)
+    former = stage.fence.epoch
+    stage.kill(1)
+    stage.lose(of(Raise, sender=3))
+    stage.run(lambda: stage.fence.epoch != former)
+    epoch = stage.fence.epoch
+    stage.run(lambda: bool(stage.sent(of(Report, sender=3, epoch=epoch))))
+    (news, *_) = stage.sent(of(Report, sender=3, epoch=epoch))
+    assert late.thing.number > news.thing.number
+    assert late.thing.place != news.thing.place
+    stage.post(late)
+    stage.run(lambda: stage.fence.may is May.ALL, s_max=5.0)
+    assert stage.fence.epoch == epoch
+    assert stage.formed is not None
+    assert set(stage.formed.order) == {2, 3}
 
 
 def test_v16_an_old_report_ends_no_turn_that_was_given_later() -> None:

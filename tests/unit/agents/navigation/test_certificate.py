@@ -92,6 +92,15 @@ def test_every_step_keeps_its_promised_clearance(shapes: list[Shape], heading: i
 
 
 @given(scenes())
+@settings(max_examples=10)
+def test_the_ground_that_a_scan_is_sure_of_has_an_edge_all_around(shapes: list[Shape]) -> None:
+    walls = scan_walls(look_around(shapes, ROBOT), ROBOT)
+    starts, ends = ({tuple(corner) for corner in np.round(each, 9)} for each in (walls.starts, walls.ends))
+    assert starts == ends
+    assert len(walls.starts) >= ROBOT.directions
+
+
+@given(scenes())
 @settings(max_examples=30, deadline=None)
 def test_no_step_beyond_the_seen_region_is_certified(shapes: list[Shape]) -> None:
     view = look_around(shapes, ROBOT)

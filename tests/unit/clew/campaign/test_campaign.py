@@ -63,7 +63,9 @@ def test_a_campaign_without_surprises_exits_0_and_prints_a_row_for_each_family(s
     facts = ("episodes", "solvable", "reached", "no_route", "surprises", "violations")
     assert [families["posts"][fact] for fact in facts] == [2, 2, 2, 0, 0, 0]
     assert [families["walls"][fact] for fact in facts] == [2, 0, 0, 2, 0, 0]
-    assert said.stdout.splitlines()[-1].startswith("OK: 4 of 4 episodes, 0 surprises. Campaign: ")
+    assert said.stdout.splitlines()[-1].startswith(
+        "OK: no promise broken in 4 runs; 2 arrived, 2 had no way. Campaign: "
+    )
 
 
 def test_json_prints_the_campaign_and_nothing_else(scenes: Path) -> None:

@@ -1,6 +1,8 @@
 import pytest
 
 from clew.campaign.classes import ALL, by_class
+from clew.campaign.episode import Surprise
+from clew.campaign.families import in_words
 from clew.swarm.swarm import Mode
 from tests.support.campaigns import outcome
 
@@ -12,3 +14,14 @@ def test_without_failures_the_bound_is_three_in_n_and_at_most_one(episodes: int,
         "loss": (bound, bound),
         ALL: (bound, bound),
     }
+
+
+def test_a_campaign_says_in_words_which_runs_arrived_and_which_were_not_asked_to() -> None:
+    unasked = outcome(ok=False, mode=Mode.SAFETY)
+    assert in_words([outcome()] * 5 + [unasked] * 5) == (
+        "no promise broken in 10 runs; 5 arrived, 5 were not asked to"
+    )
+    broken = outcome(ok=False, violations=2, surprise=Surprise.VIOLATION, mode=Mode.SAFETY)
+    lost = outcome(ok=False, no_route=True)
+    assert in_words([broken, lost]) == "promises broken in 1 of 2 runs; 1 had no way, 1 failed"
+    assert in_words([outcome()]) == "no promise broken in 1 run; 1 arrived"

@@ -46,7 +46,7 @@ def test_healing_late_and_not_arriving_are_different_ways_to_fail() -> None:
         (
             Surprise.VIOLATION,
             "",
-            "S2 broken by robot 3 and robot 1 at t=4.0 s: x",
+            "S2 (separation) broken by robot 3 and robot 1 at t=4.0 s: x",
             {"S2": 1, "P1": 3},
             "breaks S2",
         ),

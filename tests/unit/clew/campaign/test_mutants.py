@@ -2,11 +2,13 @@ from pathlib import Path
 
 import pytest
 
+from clew.campaign.episode import Surprise
 from clew.campaign.mutant import Edit, Mutant
-from clew.campaign.mutants import apply, run_mutant
+from clew.campaign.mutants import apply, is_catch, run_mutant
 from clew.campaign.mutants_list import MUTANTS
 from protocol.errors import UsageError
 from protocol.root import ROOT
+from tests.support.campaigns import outcome
 
 
 @pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: mutant.name)
@@ -48,3 +50,10 @@ def test_a_test_that_catches_a_mutant_exists(mutant: Mutant) -> None:
 def test_a_mutant_that_no_swarm_shows_is_caught_by_its_test() -> None:
     caught = run_mutant(next(mutant for mutant in MUTANTS if mutant.name == "pieces-are-all"))
     assert (caught.by, caught.seed) == ("test", None)
+
+
+def test_every_surprise_is_a_catch_but_an_episode_that_the_wall_clock_limit_has_stopped() -> None:
+    assert {each for each in Surprise if not is_catch(outcome(surprise=each))} == {
+        Surprise.NONE,
+        Surprise.STOPPED,
+    }

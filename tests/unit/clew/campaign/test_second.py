@@ -64,4 +64,4 @@ def test_a_second_judge_that_fails_is_a_surprise_and_the_campaign_goes_on(
     monkeypatch.setattr(second, "judge", fail)
     said = campaign(folder, "--seeds", "1-2")
     assert "judges: scenes/one, seed 1: the second judge fails: ZeroDivisionError: no way" in said.stdout
-    assert "2 of 2 episodes, 1 surprises" in said.stdout
+    assert "FAILED: no promise broken in 2 runs; 2 arrived; surprises: 1. Campaign: " in said.stdout

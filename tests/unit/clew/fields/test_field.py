@@ -17,7 +17,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clew.cli import main
-from clew.fields.field import BUILDERS, BUILT, Field, Kind, scene
+from clew.fields.field import BUILDERS, BUILT, Field, scene
+from clew.fields.kinds import Kind
 from clew.fields.scatter import scatter
 from clew.fields.shapes import extent, polygon
 from tests.support.full_map import Answer, Disc, solvable

@@ -16,8 +16,9 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
 
 from clew.figures.distances import from_hull_m
+from clew.figures.ground import patch_of
 from clew.figures.run import charts_of
-from clew.figures.style import COLUMN_IN, PAGE_IN, Chart, LeftOut, render
+from clew.figures.style import COLUMN_IN, LOOKS, PAGE_IN, Chart, LeftOut, render
 from clew.figures.traces import POINTS_MAX, moving_clearance_m, separations_m, thinned
 from clew.log import timeline
 from clew.story.course import course_of
@@ -66,6 +67,45 @@ def test_figure_4_draws_the_distances_of_table_1(folder: Path, name: str) -> Non
         at_table = [stand.place in tally.switching_positions for stand in drawn.stands]
         assert np.array_equal(drawn_m[at_table], column_m)
         assert all(at_table) == (name == "paper")
+
+
+def test_figure_4_has_the_papers_own_values_as_hollow_markers(folder: Path) -> None:
+    drawn = course(folder / "paper")
+    table_m = np.array(drawn.scenario.table_m)
+    axes = painted(chart(drawn, "distances"))[0]
+    hollow = [
+        line for line in axes.lines if line.get_markerfacecolor() == "none" and np.size(line.get_xdata())
+    ]
+    assert [line.get_color() for line in hollow] == [look.colour for look in LOOKS[: table_m.shape[1]]]
+    for line, column_m in zip(hollow, table_m.T, strict=True):
+        rows = np.asarray(line.get_xdata()) - 1
+        assert rows.tolist() == list(range(min(len(drawn.stands), len(table_m))))
+        assert np.asarray(line.get_ydata()) == pytest.approx(column_m[rows])
+    assert "paper's Table I" in words(chart(drawn, "distances"))
+    assert "paper's Table I" not in words(chart(course(folder / "killed"), "distances"))
+
+
+def test_every_obstacle_has_its_number_on_it_and_every_gap_that_of_its_step(folder: Path) -> None:
+    drawn = course(folder / "killed")
+    axes = painted(chart(drawn, "region"))[0]
+    numbers = [text for text in axes.texts if str(text.get_gid()).startswith("obstacle-")]
+    shapes = drawn.scenario.obstacles
+    assert [text.get_text() for text in numbers] == [str(number) for number in range(1, len(shapes) + 1)]
+    for text, shape in zip(numbers, shapes, strict=True):
+        patch = patch_of(shape)
+        x_m, y_m = patch.get_patch_transform().inverted().transform(text.get_position())
+        assert patch.get_path().contains_point((float(x_m), float(y_m)))
+    paper = course(folder / "paper")
+    gaps = {text.get_text() for text in painted(chart(paper, "region"))[0].texts}
+    assert {f"g{step.number}" for step in paper.steps} <= gaps
+
+
+def test_robots_on_one_path_are_told_apart_by_the_widths_of_their_lines(folder: Path) -> None:
+    lines = painted(chart(course(folder / "killed"), "region"))[0].lines
+    paths = [line for line in lines if str(line.get_gid()).startswith("path-")]
+    widths_pt = [line.get_linewidth() for line in paths]  # the widest is drawn first, below the others
+    assert widths_pt == sorted(set(widths_pt), reverse=True)
+    assert len(widths_pt) == 5
 
 
 def test_switching_positions_have_the_steps_numbers_even_after_an_interrupted_step(folder: Path) -> None:
@@ -237,6 +277,10 @@ def test_panels_of_steps_fill_most_of_the_page(folder: Path, name: str) -> None:
     assert first is not None
     wide = sum(axes.get_position().width for axes in panels[: first.get_gridspec().ncols])
     assert wide > 0.9
+    scales = [(axes.get_xlabel(), axes.get_ylabel()) for axes in panels]
+    assert scales[0][1] == "y [m]"
+    assert scales[-1][0] == "x [m]"
+    assert all(axes.axison and len(axes.get_xticks()) > 1 for axes in panels)
 
 
 def test_figures_are_as_wide_as_columns_and_say_their_units(folder: Path) -> None:
@@ -246,7 +290,7 @@ def test_figures_are_as_wide_as_columns_and_say_their_units(folder: Path) -> Non
         assert width_in in (COLUMN_IN, PAGE_IN)
         svg = ET.fromstring(render(each, ("svg",))["svg"])
         assert svg.get("width") == f"{72.0 * width_in:g}pt"
-        assert "[m]" in "".join(svg.itertext()) or each.name == "steps"
+        assert "[m]" in "".join(svg.itertext())
 
 
 def test_files_are_valid_and_hold_text_not_outlines(folder: Path) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from clew.fleet.output import BEGIN_LINE, SHOW_CURSOR, output, say_result
+from clew.fleet.output import BEGIN_LINE, SHOW_CURSOR, output, say_result, say_start
 from clew.fleet.prepare import Prepared, Shows
 from clew.fleet.stand_in import stand_in
 from protocol.exit_codes import ExitCode
@@ -192,3 +192,18 @@ sys.exit(finish(prepared(Path({str(judged(tmp_path))!r})), int(sys.argv[1])))
             )
         said = "clew: the result could not be written: No space left on device\n"
         assert (ended.returncode, ended.stderr) == (expected, said)
+
+
+@pytest.mark.parametrize(
+    ("shows", "said"),
+    [
+        (Shows.NOTHING, ""),
+        (Shows.TABLE, "clew: starting 5 robots\n"),
+        (Shows.LINES, "clew: starting 5 robots\n"),
+    ],
+)
+def test_before_the_first_entry_it_says_how_many_robots_start(
+    shows: Shows, said: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    say_start(prepared(tmp_path, shows))
+    assert capfd.readouterr() == ("", said)

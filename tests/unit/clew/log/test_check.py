@@ -15,7 +15,7 @@ from protocol.run_settings import SCENARIO_FILE
 from protocol.timeline import PoseSampled, PromiseBroken, Record
 from tests.support.logs.logs import AT_REST, numbered, recorded
 from tests.support.strands import driving, strand
-from world.judge.rules.invariants import INVARIANTS
+from world.judge.rules.names import INVARIANTS
 from world.record.recorder import EVENTS_FILE
 from world.scenario.scenario import load
 
@@ -38,7 +38,7 @@ def test_pose_in_an_obstacle_breaks_clearance_and_authority(tmp_path: Path) -> N
     assert not finding.ok
     assert finding.violations_by_invariant["S1"] >= 1
     assert finding.violations_by_invariant["S3"] >= 1
-    assert any("S1, robot 1" in sentence for sentence in sentences(finding))
+    assert any("S1 (clearance), robot 1" in sentence for sentence in sentences(finding))
 
 
 def test_a_log_with_a_hole_is_not_ok_even_if_no_promise_was_broken(tmp_path: Path) -> None:
@@ -80,7 +80,7 @@ def test_a_recorded_violation_that_the_poses_do_not_show_is_not_ok(tmp_path: Pat
     broken = PromiseBroken(invariant="S1", robot=2, measured_m=0.0, required_m=0.1, why="near")
     finding = found(tmp_path / "run", (*AT_REST[:-1], ("world", broken), AT_REST[-1]))
     assert not finding.ok
-    assert any("S1, robot 2: recorded as broken" in flaw for flaw in finding.flaws)
+    assert any("S1 (clearance), robot 2: recorded as broken" in flaw for flaw in finding.flaws)
 
 
 def test_a_log_with_two_swapped_lines_of_a_source_is_not_ok(tmp_path: Path) -> None:
@@ -131,4 +131,4 @@ def test_a_motion_out_of_turn_and_a_skipped_turn_break_the_invariants_of_fences(
     assert not finding.ok
     counts = finding.violations_by_invariant
     assert (counts["F3"], counts["S3"]) == (3, 1)
-    assert any("F3, robot 1: moved in turn 0 of epoch 0" in each for each in sentences(finding))
+    assert any("F3 (one mover), robot 1: moved in turn 0 of epoch 0" in each for each in sentences(finding))

@@ -130,7 +130,7 @@ def test_check_exits_1_when_a_promise_was_broken(tmp_path: Path) -> None:
     jump = ("world", PoseSampled(robot=1, x_m=1.02, y_m=0.432, heading_rad=0.0))
     said = clew("log", "check", recorded(tmp_path / "run", numbered((*AT_REST[:-1], jump, AT_REST[-1]))))
     assert said.exit_code == 1
-    assert "S1, robot 1" in said.stdout
+    assert "S1 (clearance), robot 1" in said.stdout
 
 
 @pytest.mark.parametrize("verb", ["info", "cat", "check"])

@@ -18,7 +18,7 @@ from clew.page.serve.channel import Channel
 from clew.page.serve.watch import Began, Over, Watch
 from clew.page.telling import Telling
 from tests.support.logs.logs import AT_REST, GOOD, numbered, recorded
-from world.control import heard
+from world.control import Serves, heard
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
 
@@ -119,7 +119,7 @@ def never_asked(*, stop: bool) -> str:
 async def test_a_quiet_run_whose_world_is_reachable_is_not_over(run: Path, tmp_path: Path) -> None:
     let_rest(run)
     vigil = Vigil(run / EVENTS_FILE)
-    async with heard(tmp_path, run, lambda _rule, _for_s: "never asked", never_ended, never_asked):
+    async with heard(tmp_path, run, Serves(lambda *_: "never asked", never_ended, never_asked, str)):
         assert not vigil.is_over(ended=False)
         assert vigil.is_over(ended=True)
     assert Vigil(run / EVENTS_FILE).is_over(ended=False)

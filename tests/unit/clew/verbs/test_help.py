@@ -1,21 +1,16 @@
 """The help of the command line: every verb has its place, and every option says what it does."""
 
-from collections.abc import Iterator
+import shlex
 
 import click
 import pytest
 
 from clew.cli import SECTIONS, main
+from clew.verbs.examples import EXAMPLES
 from tests.support.campaigns import clew
+from tests.support.verbs import commands, context
 
 Path = tuple[str, ...]
-
-
-def commands(command: click.Command, path: Path = ()) -> Iterator[tuple[Path, click.Command]]:
-    yield path, command
-    if isinstance(command, click.Group):
-        for name, each in command.commands.items():
-            yield from commands(each, (*path, name))
 
 
 ALL = dict(commands(main))
@@ -24,15 +19,15 @@ ALL = dict(commands(main))
 def test_the_proving_ground_stands_apart_from_the_verbs_for_a_run() -> None:
     text = clew("--help").stdout
     run, proving = text.split("A run:")[1].split("Proving ground")
-    for verb in ("rehearse", "fault", "view", "report", "log", "replay", "figures", "schema"):
+    for verb in ("run", "rehearse", "ls", "fault", "view", "report", "log", "replay", "figures", "schema"):
         assert f"\n  {verb} " in run
     for verb in ("campaign", "chaos", "shrink", "mutants", "bench", "field"):
         assert f"\n  {verb} " in proving
 
 
 def test_every_verb_stands_in_one_section() -> None:
-    named = [verb.name for verbs in SECTIONS.values() for verb in verbs]
-    assert sorted(map(str, named)) == sorted(main.commands)
+    named = [name for verbs in SECTIONS.values() for name in verbs]
+    assert sorted(named) == main.list_commands(context(main))
 
 
 @pytest.mark.parametrize("path", ALL, ids=" ".join)
@@ -42,3 +37,29 @@ def test_a_verb_says_what_it_does_and_so_does_each_of_its_options(path: Path) ->
     assert command.help.split(".")[0].count("\n") == 0, "the first sentence is one line"
     options = [each for each in command.params if isinstance(each, click.Option) and not each.hidden]
     assert [each.name for each in options if not each.help] == []
+
+
+@pytest.mark.parametrize("path", ALL, ids=" ".join)
+def test_the_help_of_every_verb_ends_with_examples_of_it(path: Path) -> None:
+    lines = EXAMPLES[" ".join(path)]
+    assert lines
+    assert all(line.split()[: len(path)] == list(path) for line in lines if path[:1] != ("fault",))
+    ending = ALL[path].get_help(context(ALL[path])).split("Examples:\n")[1]
+    assert [line.strip() for line in ending.splitlines()] == [f"clew {line}" for line in lines]
+
+
+def test_no_example_is_of_a_verb_that_is_not_there() -> None:
+    assert sorted(EXAMPLES) == sorted(" ".join(path) for path in ALL)
+
+
+@pytest.mark.parametrize("line", sorted({line for lines in EXAMPLES.values() for line in lines}))
+def test_every_example_parses(line: str) -> None:
+    above, words = context(main), shlex.split(line)
+    verb: click.Command = main
+    while isinstance(verb, click.Group):
+        above = verb.make_context("clew", words, parent=above)
+        rest = [*above._protected_args, *above.args]
+        _, below, words = verb.resolve_command(above, rest)
+        assert below is not None
+        verb = below
+    verb.make_context(str(verb.name), words, parent=above)

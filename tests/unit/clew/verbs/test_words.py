@@ -1,15 +1,15 @@
 """The words of the command line: one spelling everywhere, and mistyped ones refused in a line."""
 
 import re
-from collections.abc import Iterator
 
 import click
 import pytest
 
 from clew.cli import main
 from clew.fleet.options import version
-from clew.fleet.request import parse
+from tests.support.asked import asked
 from tests.support.campaigns import clew
+from tests.support.verbs import commands
 
 MISTYPED = {
     "a verb": (["rehears"], "'rehearse'"),
@@ -34,15 +34,7 @@ REFUSED = [
 ]
 
 
-def verbs(group: click.Group, above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], click.Command]]:
-    """All of them, with the words by which they are called."""
-    for name, verb in sorted(group.commands.items()):
-        yield (*above, name), verb
-        if isinstance(verb, click.Group):
-            yield from verbs(verb, (*above, name))
-
-
-VERBS = dict(verbs(main))
+VERBS = {path: verb for path, verb in commands(main) if path}
 
 
 @pytest.mark.parametrize(("arguments", "near"), MISTYPED.values(), ids=MISTYPED)
@@ -83,12 +75,9 @@ def test_the_number_of_robots_is_spelt_in_one_way() -> None:
     }
     assert {("rehearse",), ("campaign",), ("fault", "kill")} <= set(spellings)
     assert {tuple(opts) for opts in spellings.values()} == {("-n", "--robots")}
-    assert parse(["grove", "-n", "3"]) == parse(["grove", "--robots", "3"])
+    assert asked("grove", "-n", "3") == asked("grove", "--robots", "3")
 
 
-def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_version_is_told() -> None:
     assert clew("--version").stdout == f"{version()}\n"
-    with pytest.raises(SystemExit) as stop:
-        parse(["--version"])
-    assert stop.value.code == 0
-    assert capsys.readouterr().out == f"{version()}\n"
+    assert clew("run", "--version").stdout == f"{version()}\n"

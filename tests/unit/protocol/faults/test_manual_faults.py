@@ -10,6 +10,7 @@ from protocol.faults.manual_faults import (
     WHERE_FILE,
     EndRequest,
     FaultRequest,
+    GoRequest,
     HaltRequest,
     Request,
     request_fault,
@@ -27,7 +28,7 @@ from protocol.timeline import (
     WorldResumed,
 )
 from tests.support.strands import formed
-from world.control import heard
+from world.control import Serves, heard
 from world.faults import GIVEN_MAX, TELL_S, RunFaults
 
 FORMED = formed(10_002, 2, 1, 3)
@@ -214,6 +215,14 @@ def test_a_manual_rule_says_what_it_is_in_a_plan() -> None:
     assert faults.due(5.0) == []
 
 
+def given_1(_rule: Rule, _for_s: float | None) -> str:
+    return "given-1"
+
+
+def no_go(for_s: float) -> str:
+    raise AssertionError(f"asked to go on for {for_s}")
+
+
 async def ask(run: Path, request: Request) -> str:
     return await asyncio.to_thread(request_fault, run, request)
 
@@ -230,7 +239,7 @@ async def test_a_fault_request_is_answered_with_the_rules_name_or_the_reason_of_
             raise UsageError("not him")
         return "given-7"
 
-    async with heard(tmp_path, tmp_path, add, ended.append, no_halt):
+    async with heard(tmp_path, tmp_path, Serves(add, ended.append, no_halt, no_go)):
         assert await ask(tmp_path, FaultRequest(rule=Drop(probability=0.5), for_s=5.0)) == "given-7"
         with pytest.raises(UsageError, match="not him"):
             await ask(tmp_path, FaultRequest(rule=Kill(target="r3")))
@@ -249,10 +258,17 @@ async def test_the_operators_stop_and_release_are_answered_with_the_fence_or_the
             return "30000"
         raise UsageError("it does not stand")
 
-    async with heard(tmp_path, tmp_path, lambda *_: "given-1", nothing_to_end, halt):
+    async with heard(tmp_path, tmp_path, Serves(given_1, nothing_to_end, halt, no_go)):
         assert await ask(tmp_path, HaltRequest(stop=True)) == "30000"
         with pytest.raises(UsageError, match="it does not stand"):
             await ask(tmp_path, HaltRequest(stop=False))
+
+
+async def test_a_held_run_is_asked_to_go_on_and_answers_with_its_time(tmp_path: Path) -> None:
+    async with heard(
+        tmp_path, tmp_path, Serves(given_1, nothing_to_end, no_halt, lambda for_s: f"{1.0 + for_s}")
+    ):
+        assert await ask(tmp_path, GoRequest(for_s=0.5)) == "1.5"
 
 
 async def test_a_fault_request_to_a_killed_world_reports_the_end_of_the_run(tmp_path: Path) -> None:
@@ -262,7 +278,7 @@ async def test_a_fault_request_to_a_killed_world_reports_the_end_of_the_run(tmp_
 
 
 async def test_an_invalid_request_is_refused_and_the_next_one_is_served(tmp_path: Path) -> None:
-    async with heard(tmp_path, tmp_path, lambda *_: "given-1", nothing_to_end, no_halt):
+    async with heard(tmp_path, tmp_path, Serves(given_1, nothing_to_end, no_halt, no_go)):
         reader, writer = await asyncio.open_unix_connection((tmp_path / WHERE_FILE).read_text())
         writer.write(b"garbage\n")
         assert b'"error":"' in await reader.readline()

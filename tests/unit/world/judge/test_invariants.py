@@ -14,7 +14,7 @@ from protocol.timeline import (
 )
 from tests.support.histories.fenced import EXACT, FIRST, SECOND, Said, broken, grant, plan, run
 from world.judge.judgement import Court
-from world.judge.rules.invariants import INVARIANTS
+from world.judge.rules.names import INVARIANTS
 
 NEVER = 30_001
 """An epoch that no fence of the run has."""

@@ -109,7 +109,7 @@ LOST = ("r1", 6.0, RouteLost(reason="every gap is too narrow"))
 PROMISES = {
     "clearance": (
         verdict(ALL_WELL, judgement=BREACHED),
-        "S1 broken by robot 2 at t=4.0 s: too near (0.0500 m, required 0.0800 m)",
+        "S1 (clearance) broken by robot 2 at t=4.0 s: too near (0.0500 m, required 0.0800 m)",
     ),
     "nobody dies": (
         verdict([*ALL_WELL, DIED], ending=Ending.STUCK),
@@ -166,7 +166,7 @@ def test_only_a_lost_route_is_no_route() -> None:
 def test_the_first_broken_promise_is_the_reason() -> None:
     late = with_fields(JUDGED, breaches=(Breach(t_s=4.3, broken=BROKEN),))
     assert verdict([*ALL_WELL, DIED], judgement=late).reason.startswith("robot 2 died")
-    assert verdict([*ALL_WELL, DIED], judgement=BREACHED).reason.startswith("S1 broken")
+    assert verdict([*ALL_WELL, DIED], judgement=BREACHED).reason.startswith("S1 (clearance) broken")
 
 
 def test_an_interrupted_run_has_the_exit_code_for_it() -> None:

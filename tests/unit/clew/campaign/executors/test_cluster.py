@@ -56,7 +56,7 @@ def test_a_campaign_on_a_cluster_of_which_a_worker_is_killed_has_the_outcomes_of
                 os.kill(killed[-1], signal.SIGKILL)
             yield outcome
 
-    monkeypatch.setattr("clew.verbs.campaign.cluster_outcomes", killing)
+    monkeypatch.setattr("clew.campaign.executors.cluster.cluster_outcomes", killing)
     on_cluster = ("--executor", "dask", "--scheduler", cluster.scheduler_address)
     there = campaign(tmp_path / "scenes", tmp_path / "there", *on_cluster)
     assert there == campaign(tmp_path / "scenes", tmp_path / "here", "--jobs", "1")

@@ -1,4 +1,4 @@
-"""The keys of a rehearsal as the message counts use them: without the root that all keys of a run share."""
+"""A robot's keys as message counts and journals have them: without the root that all keys of a run share."""
 
 from functools import cache
 from typing import assert_never
@@ -7,7 +7,7 @@ from agents.commands import Order, Put, Say, Tell
 from protocol.keys import WORLD, WORLD_NUMBER, Keys, robot_name
 from protocol.wire.messages import Message
 
-_KEYS = Keys("clew", "rehearsed")
+_KEYS = Keys("any", "run")
 
 
 @cache

@@ -1,4 +1,4 @@
-"""`python -m clew.fleet` up to the start of a run, and its refusals."""
+"""`clew run` up to the start of a run, and its refusals."""
 
 import os
 import signal
@@ -11,11 +11,11 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
-from clew.fleet import __main__ as launcher
-from clew.fleet.__main__ import Requests, main
 from clew.fleet.parts.private import FALLBACK, PATH_BYTES_MAX, private_folder
+from clew.verbs.run import Requests
 from protocol.exit_codes import ExitCode
 from protocol.root import ROOT
+from tests.support.campaigns import clew
 from tests.support.deadline import DEADLINE_S
 from tests.support.processes.fleets import wait_until
 
@@ -33,8 +33,8 @@ class Folders:
 
 @pytest.fixture(autouse=True)
 def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Folders]:
-    monkeypatch.setattr(launcher, "listen", lambda _: None)  # keeps our own signal handlers
-    monkeypatch.setattr(launcher, "ignore", lambda: None)
+    monkeypatch.setattr("clew.verbs.run.listen", lambda _: None)  # keeps our own signal handlers
+    monkeypatch.setattr("clew.verbs.run.ignore", lambda: None)
     monkeypatch.chdir(tmp_path)
     with TemporaryDirectory(prefix="ct.", dir="/tmp") as temporary:
         monkeypatch.setenv("TMPDIR", temporary)
@@ -43,13 +43,10 @@ def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Folders
 
 @pytest.mark.parametrize("before", [[], ["paper", "-n", "none"]])
 def test_help_goes_to_stdout_and_names_every_option(
-    before: list[str], capsys: pytest.CaptureFixture[str]
+    before: list[str],
 ) -> None:
-    with pytest.raises(SystemExit) as stop:
-        main([*before, "--help"])
-    said = capsys.readouterr()
-    assert stop.value.code == 0
-    assert said.err == ""
+    said = clew("run", *before, "--help")
+    assert (said.exit_code, said.stderr) == (0, "")
     for option in (
         "SCENARIO",
         "-n",
@@ -63,7 +60,7 @@ def test_help_goes_to_stdout_and_names_every_option(
         "--connect",
         "--listen",
     ):
-        assert option in said.out
+        assert option in said.stdout
 
 
 @pytest.mark.parametrize(
@@ -86,14 +83,12 @@ def test_refusal_is_one_line_and_leaves_nothing(
     arguments: list[str],
     complaint: str,
     folders: Folders,
-    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    assert main(arguments) == 2
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert said.err.startswith("fleet.sh: ")
-    assert said.err.count("\n") == 1
-    assert complaint in said.err
+    said = clew("run", *arguments)
+    assert (said.exit_code, said.stdout) == (2, "")
+    assert said.stderr.startswith("Error: ")
+    assert said.stderr.count("\n") == 1
+    assert complaint in said.stderr
     assert folders.hold_nothing()
 
 
@@ -108,14 +103,15 @@ def test_refusal_is_one_line_and_leaves_nothing(
     ],
 )
 def test_impossible_scenario_is_refused_in_one_line_with_exit_2(
-    old: str, new: str, complaint: str, folders: Folders, capsys: pytest.CaptureFixture[str]
+    old: str, new: str, complaint: str, folders: Folders
 ) -> None:
     text = (ROOT / "launch" / "scenarios" / "grove.toml").read_text(encoding="utf-8")
     assert old in text
     mine = folders.cwd / "mine.toml"
     mine.write_text(text.replace(old, new, 1), encoding="utf-8")
-    assert main(["mine.toml"]) == 2
-    said = capsys.readouterr().err
+    ended = clew("run", "mine.toml")
+    said = ended.stderr
+    assert ended.exit_code == 2
     assert said.count("\n") == 1, said
     assert "mine.toml" in said
     assert complaint in said
@@ -124,11 +120,12 @@ def test_impossible_scenario_is_refused_in_one_line_with_exit_2(
 
 
 def test_missing_folder_for_temporary_files_is_refused_in_one_line_with_exit_2(
-    folders: Folders, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    folders: Folders, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("TMPDIR", str(folders.temporary / "nowhere"))
-    assert main([]) == 2
-    assert "no folder for the run's sockets can be made in" in capsys.readouterr().err
+    ended = clew("run")
+    assert ended.exit_code == 2
+    assert "no folder for the run's sockets can be made in" in ended.stderr
 
 
 def test_only_the_user_can_enter_the_private_folder_and_it_ends_with_its_context(folders: Folders) -> None:
@@ -149,6 +146,7 @@ def test_private_folder_and_a_frozen_part_end_when_we_are_killed(folders: Folder
     """Another process takes our part here: it freezes a part of its own and kills itself."""
     script = f"""
 import os, signal, subprocess, sys
+from clew.verbs.run import Requests
 from clew.fleet.parts.private import private_folder
 with private_folder({str(folders.temporary)!r}) as private:
     part = subprocess.Popen(["cat"], stdin=private.lifeline, stdout=sys.stdout, process_group=0)

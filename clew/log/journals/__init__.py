@@ -1,0 +1,1 @@
+"""What the journals of a run's robots tell: messages and their ways, the cores' states, causes."""

@@ -1,0 +1,25 @@
+"""One thing on the way to an entry, or from it."""
+
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """One thing on the way."""
+
+    t_s: float
+    source: str
+    what: str
+    """`entry`, `decision`, `message`, `odometry`, `scan`, `token`, `start` or `end`;
+    forward: `effect` or `note`."""
+    said: str
+    input: int = 0
+    """Of a decision or an input: the number of the input in the journal of its process, from 1."""
+    key: str = ""
+    number: int = 0
+    """Of the message that carried it; 0: none, or it has none."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """As plain data."""
+        return {name: getattr(self, name) for name in self.__dataclass_fields__}
