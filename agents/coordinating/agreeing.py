@@ -29,7 +29,7 @@ class Intent:
 
     cause: Cause
     led_by: int = 0
-    """Who led the last strand; 0: there was none."""
+    """The leader of the last strand; 0: there was none."""
     turnabout: Turnabout | None = None
     """DEAD_END: how the strand is to turn round, in this epoch, of so many robots, on this path."""
     ended: Epoch | None = None

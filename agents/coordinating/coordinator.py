@@ -1,12 +1,13 @@
 """The coordinator of a view: it hears the reports, gives the turns and makes the one formation. Pure.
 
-Rule 1: it puts the next turn only when its own odometry has told this one, and one content for each (F4).
+Rule 1: it puts the next turn only when its own odometry has told this one, and each turn has one content
+        (F4).
 Rule 2: a formation is made once, from places that each were read from an odometry of a later turn than the
         last one that was put for that robot. After that it puts nothing but ALL.
-Rule 3: a robot that is lost before that is dropped, and the draft begins again with those in place; it does
-        so, too, when another robot has reported. It begins when nobody has a turn any more, and all places
-        are newer than all turns. Else what robots see of their legs may be of where a robot stood before its
-        turn.
+Rule 3: a robot that is lost before that is dropped, and the draft begins again with the robots in place. It
+        also begins again when another robot has reported. A draft begins only when no robot has a turn any
+        more, and all places are newer than all turns. Otherwise a robot's view of its leg may show where
+        another robot stood before its turn.
 Rule 4: it goes by phases (`agents.coordinating.phases`).
 """
 
@@ -85,7 +86,7 @@ class Coordinator:
 
     @property
     def stranded(self) -> frozenset[int]:
-        """Who has reported, and found no way to a place in the formation."""
+        """The robots that have reported, and found no way to a place in the formation."""
         return frozenset() if self.plan is None else frozenset(self._reports) - set(self.plan.order)
 
     def act(self, odometry: Odometry, now_s: float) -> list[Command]:
@@ -206,7 +207,7 @@ class Coordinator:
         return commands
 
     def _has_ended(self, fence: Fence, now_s: float) -> bool:
-        """Whether the turn is over: the robot has said so, is no more, or has done nothing for too long."""
+        """Whether the turn is over: the robot has said so, is lost, or has done nothing for too long."""
         draft, report = self._draft, self._reports.get(fence.robot)
         assert draft is not None
         if report is None or report.life != fence.life:

@@ -1,17 +1,19 @@
-"""The strand that a coordinator drafts: its order, who is in place, whose turn is next. Pure.
+"""The strand that a coordinator drafts: its order, the robots in place, the next turn. Pure.
 
-Rule 1: in place are, from the front on, as many robots of the order as have a clear leg to the robot ahead
-        and make a strand that does not fold back; then those that came to a place by a turn.
+Rule 1: two groups are in place. First, from the front on, the robots of the order that have a clear leg to
+        the robot ahead, as long as their strand does not fold back. Then those that came to a place by a
+        turn.
 Rule 2: the turn goes to the nearest robot that is not in place and has not had one in vain. When a robot
         comes to a place, all others may have a turn again: they may find a way behind it.
-Rule 3: where nobody finds a way, the last in place makes way, once: it gives its place up, and has a turn
-        after the others. A leader that stands alone takes one step to where others can come.
-Rule 4: where that is in vain, others lead, the nearest to the goal first, so many at most; at once, if all
-        robots are there and the one that would lead stands in front and finds no way. Then those in place go
-        on without the others. On their way they do at once, if they are several and nobody is nearer to the
-        goal; else when others have been tried for long.
-Rule 5: robots that are left out and were there lately may stand in the way, and come back: they are waited
-        for before anybody makes way, and for longer before the strand goes on.
+Rule 3: if no robot finds a way, the last robot in place makes way, once: it gives its place up, and has a
+        turn after the others. A leader that stands alone takes one step to a place to which others can come.
+Rule 4: if that does not help, other robots lead, the nearest to the goal first, up to a limit. This happens
+        at once if all robots are there and the one that would lead stands in front and finds no way. Then
+        those in place go on without the others. A strand that was already on its way goes on without them at
+        once, if it has several robots and no other is nearer to the goal; otherwise only after others were
+        tried as leaders for a long time.
+Rule 5: robots that are left out and were there lately may stand in the way, and may come back. So the draft
+        waits for them before a robot makes way, and waits longer before the strand goes on.
 Rule 6: rules 3 to 5 do not hold for a robot that asks a strand on its way to let it in: where it finds no
         way, the strand goes on as it was.
 """
@@ -77,10 +79,10 @@ class Draft:
     lets_in: bool
     """Whether the view is for a robot that asks to be let in (rule 6)."""
     led: tuple[int, ...] = ()
-    """Who has led in vain, in this view or since the last step."""
+    """The robots that have led in vain, in this view or since the last step."""
     order: tuple[int, ...] = ()
     strand: list[int] = field(default_factory=list)
-    """Who is in place, leader first."""
+    """The robots in place, leader first."""
     legs: dict[int, tuple[Point, ...]] = field(default_factory=dict)
     driven: set[int] = field(default_factory=set)
     """Whose leg the robot ahead has driven."""
@@ -212,7 +214,7 @@ class Draft:
         return Wait()
 
     def drop(self, robot: int) -> None:
-        """A robot is in place no more, if it was."""
+        """A robot is no longer in place, if it was."""
         self.strand = [each for each in self.strand if each != robot]
         self.driven.discard(robot)
         self.legs.pop(robot, None)
@@ -224,7 +226,7 @@ class Draft:
         return len(self._next_led()) < min(self.timing.leaders_max, len(places))
 
     def _leads_next(self, places: Places) -> int | None:
-        """Who would lead the next order and stands in front: nearer to the goal than the leader of this."""
+        """The robot that would lead next, if it stands in front: nearer to the goal than this leader."""
         if self.mission.goal is None or not self._may_try_another(places):
             return None
         waiting = {robot: pose for robot, pose in places.items() if robot not in self.led}
@@ -241,7 +243,7 @@ class Draft:
         return Begin()
 
     def _former_order(self, reports: Mapping[int, Report]) -> list[int]:
-        """Who has stayed in the newest formation or draft of which anybody has, in its order."""
+        """The robots that stayed in the newest formation or draft in which any did, in its order."""
         if not self.keeps or self.led:
             return []
         formers = [(former.epoch.number, former.rank, robot) for robot, report in reports.items()

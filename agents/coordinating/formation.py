@@ -1,8 +1,8 @@
 """Making a formation. Pure.
 
 Rule 1: it is made once; its pieces are sent again byte for byte (F4).
-Rule 2: every member is told the whole path from the tail on, with arc lengths, and of places and lives only
-        its own and its two neighbours'.
+Rule 2: every member is told the whole path from the tail on, with arc lengths. Of places and lives it is told
+        only its own and those of its two neighbours.
 Rule 3: its path leads through all places, tail first; a leg that has been driven keeps its corners.
 """
 
@@ -33,7 +33,7 @@ class Plan:
     places_m: Mapping[int, float]
     """Arc lengths of the places along the path."""
     driven: frozenset[int]
-    """Whose leg the robot ahead has driven."""
+    """The robots whose leg the robot ahead has driven."""
     back_by_m: float = 0.0
     counters: Counters = field(default_factory=Counters)
     heals: bool = False

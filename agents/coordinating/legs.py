@@ -1,8 +1,8 @@
 """Whether a strand that forms through the places of its robots folds back on itself. Pure.
 
-Rule 1: of two legs that are not neighbours, and of each end and the legs beyond its own, none may come nearer
-        than the least distance. Else ground that robots behind may be on is not apart, from the start, from
-        ground that the ones ahead have still to drive.
+Rule 1: two legs that are not neighbours keep the least distance from each other, and so does each end of the
+        strand from all legs but its own. Otherwise ground that robots behind may be on would be too near,
+        from the start, to ground that the robots ahead still have to drive.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,7 +14,7 @@ from protocol.arrays import Floats, Indices, distances_to_segments, segments_apa
 from protocol.frames import Point, Pose
 
 Legs = Mapping[int, Sequence[Point]]
-"""Corners of a robot's way to the one ahead, from its own place on; who is not named goes straight."""
+"""Corners of a robot's way to the one ahead, from its own place on; without an entry it goes straight."""
 
 
 def line_of(places: Places, order: Sequence[int], legs: Legs) -> tuple[Floats, Indices]:

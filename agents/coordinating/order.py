@@ -5,8 +5,9 @@ Rule 1: without a goal the robot nearest to an obstacle leads (3). With a goal i
         the strand behind that one. Ties go to the lowest number.
 Rule 2: the robot next in the strand is the nearest one that is left (III-C).
 Rule 3: robots that have not left their places in a former strand keep their order. The others come behind
-        them, and those that stand in front come in front, if nobody has to move for that.
-Rule 4: where a leader has led in vain, the robot nearest to the goal leads that has not led yet.
+        them; but others that stand in front come in front, if no robot has to move for that.
+Rule 4: after a leader has led in vain, the next leader is, of the robots that have not led yet, the one
+        nearest to the goal.
 """
 
 import math
@@ -22,7 +23,7 @@ Places = Mapping[int, Pose]
 
 
 def places_of(reports: Mapping[int, Report]) -> Places:
-    """Where robots stand that have reported."""
+    """Where the robots stand that have reported."""
     return {robot: report.place for robot, report in sorted(reports.items())}
 
 
@@ -96,6 +97,6 @@ def kept_order(places: Places, stayed: Sequence[int], front: Sequence[int]) -> t
 
 
 def other_order(places: Places, led: Collection[int], goal: Point | None) -> tuple[int, ...]:
-    """Rule 4; where all have led, all may again: whoever stood in the way may have gone."""
+    """Rule 4; where all have led, all may again: a robot that stood in the way may have gone."""
     waiting = {robot: pose for robot, pose in places.items() if robot not in led}
     return chain(places, nearest_to(goal, waiting or places))

@@ -1,7 +1,7 @@
 """What a coordinator asks robots to look at, and what they have seen. Pure.
 
 Rule 1: a question about a leg names where both robots stand. An answer counts as long as they stand there.
-Rule 2: who does not answer in time does not see its way.
+Rule 2: a robot that does not answer in time counts as one that does not see its way.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -38,13 +38,13 @@ class Questions:
     _count: int = 0
 
     def ask_about_obstacles(self, reports: Mapping[int, Report], now_s: float) -> list[int]:
-        """Ask everybody how far off the nearest obstacle is; returns who has a new question."""
+        """Ask all robots how far off the nearest obstacle is; returns the robots that have a new question."""
         return self._ask(((robot, None) for robot in reports), reports, now_s, keeps=False)
 
     def ask_about_legs(
         self, order: Sequence[int], reports: Mapping[int, Report], now_s: float, *, keeps: bool
     ) -> list[int]:
-        """Ask all but the leader to look at their legs; returns who has a new question.
+        """Ask all but the leader to look at their legs; returns the robots that have a new question.
 
         Args:
             order: leader first.

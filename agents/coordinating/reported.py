@@ -1,9 +1,9 @@
-"""What robots have told the coordinator of a view, and whom it has to answer. Pure.
+"""What robots have told the coordinator of a view, and which robots it has to answer. Pure.
 
-Rule 1: a report of an older life comes late and changes nothing. Any other report is answered, also one that
+Rule 1: a report of an older life came late and changes nothing. Any other report is answered, also one that
         does not count: the robot goes on reporting, and counts in this view when suspicion lets it.
-Rule 2: once the formation is made no report counts any more; nor does one of a robot that suspicion leaves
-        out for now.
+Rule 2: once the formation is made, no report counts any more. A report of a robot that suspicion leaves out
+        does not count for as long as that lasts.
 """
 
 from collections.abc import Iterable
@@ -63,7 +63,7 @@ class Reported:
         self.due.difference_update(robots)
 
     def old(self, robots: Iterable[int], turns: Turns) -> set[int]:
-        """The robots of these whose place may be older than their own last turn."""
+        """Those of these robots whose place may be older than their own last turn."""
         return {robot for robot in robots if self.counted[robot].turn <= turns.put_for(robot) > 0}
 
     def silent(self, robots: Iterable[int], now_s: float, after_s: float) -> list[int]:

@@ -1,8 +1,9 @@
 """What a coordinator tells the robots of its view: answers to reports, and news. Pure.
 
 Rule 1: each report is answered; once the formation is made, a robot that is in it is sent its pieces instead.
-Rule 2 (liveness): it repeats a question until it is answered, where the strand ends until the robot that has
-        the turn moves, and the formation for a moment: it does not wait for reports to answer.
+Rule 2 (liveness): it does not wait for reports to answer, but repeats its news: a question until it is
+        answered; the end of the strand until the robot that has the turn moves; the formation for a short
+        time.
 """
 
 from collections.abc import Sequence
@@ -91,7 +92,7 @@ class Telling:
         return commands
 
     def _hear_no_news(self, odometry: Odometry, now_s: float) -> set[int]:
-        """Rule 2: who may not have heard its news."""
+        """Rule 2: the robots that may not have heard their news."""
         counted = self._reported.counted
         if self.plan is not None:
             return set(self.plan.order) if now_s - self._made_s <= NEWS_S else set()

@@ -1,7 +1,7 @@
-"""The formation of a strand that turns round: its order reversed, its path the old one the other way. Pure.
+"""The formation of a strand that turns round: the order and the path of the old one are reversed. Pure.
 
 Rule 1: it exists only where all robots of the strand have reported places on the ending formation's path, in
-        its order; otherwise the view drafts a strand as any other.
+        its order; otherwise the view drafts a strand as any other view does.
 """
 
 from collections.abc import Mapping

@@ -1,7 +1,7 @@
 """The turns that a coordinator puts. Pure.
 
-Rule 1 (F4): one content for each turn number. It puts the next number only when its own odometry has told
-        this one, and repeats a put until then.
+Rule 1 (F4): each turn number has one content. The coordinator puts the next number only when its own odometry
+        has told this one, and repeats a put until then.
 """
 
 from agents.commands import Command, Put

@@ -3,10 +3,10 @@
 Rule 1: it is in place where it stands at least `keep` from all robots, the leg to the robot ahead is clear by
         its own scan and by the law of a robot's own leg, and the strand through it does not fold back.
 Rule 2: until then it goes to the nearest such place, as far as it knows; unknown ground is free. Steps
-        are certified as the leader's are, robots are obstacles, and none of them is remembered.
-        A robot that stands nearer to something than a step may lead, as beside one that died in a queue, may
-        pass that at what it has promised to keep and a little.
-Rule 3: where obstacles move, what is remembered where a scan shows free ground is there no more.
+        are certified as the leader's are; robots are obstacles, and the map does not keep them.
+        A robot may stand nearer to something than a step may come, for example beside a robot that died in a
+        queue. It may pass that at the distance that it has promised to keep and a little more.
+Rule 3: where obstacles move, a remembered hit is dropped when a scan shows free ground there.
 Rule 4: legs of the strand may be crossed on the way: nobody drives on them before all are in place.
 """
 
@@ -44,7 +44,7 @@ from protocol.timeline import StepPlanned
 
 SPOTS_MAX = 4  # spots of a way closed in one plan, where the certificate refuses what the grid shows
 WAY_CELLS = 200  # of a way that is looked at: 10 m and more
-BEARINGS = 72  # of places tried around the robot ahead: 9 cm apart at 1 m, as fine as the leg's berth
+BEARINGS = 72  # of places tried around the robot ahead: 9 cm apart at 1 m, as fine as what the leg keeps
 LENGTHS = 8  # of legs tried
 PASSED_SHARE = 0.75  # of the tolerance: the rest is the drive's, on a way of a few decimetres
 CLEAR_M = 0.05  # beyond what a step keeps: what a leg's far end may be unsure of at the range limit

@@ -21,7 +21,7 @@ def leg_is_clear(seen: View, ahead: Floats, mission: Mission) -> bool:
 
 
 def leg_needs_closer_look(seen: View, ahead: Floats, mission: Mission) -> bool:
-    """Whether only what the scan may have missed stands against that way, and a closer look may show it."""
+    """Whether only what the scan may have missed blocks that way, and a closer look may show it."""
     return (
         closer(mission, len(seen.ranges_m)) is not None
         and _leg_may_be_clear(seen, ahead, mission)
@@ -36,7 +36,7 @@ def _leg_may_be_clear(seen: View, ahead: Floats, mission: Mission) -> bool:
 
 
 def hides_way(seen: View, ahead: Floats, mission: Mission) -> bool:
-    """Whether a hull that was taken out of a scan stands on the way: nobody knows what is behind it.
+    """Whether a hull that was taken out of a scan stands on the way: the scan shows nothing behind it.
 
     The robot ahead apart, at whose place the way ends. What stands beside the way hides nothing of it.
     """

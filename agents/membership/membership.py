@@ -5,7 +5,8 @@ Rule 1: the fence that the robot's own odometry tells decides everything: a newe
 Rule 2: messages count only in the epoch that its odometry tells; answers and formations only from its
         coordinator.
 Rule 3: coordinating is a role beside the state. A coordinator reports to itself as others do.
-Rule 4: a process that follows a dead one first has its body stand, by an order numbered beyond all before.
+Rule 4: a process that replaces a dead one first orders its body to stand. The order's number is higher than
+        all before.
 """
 
 from collections.abc import Iterable
@@ -159,7 +160,7 @@ class Membership:
                 self._assembly.add(said)
                 self._heard_coordinator(now_s)
             case _:
-                pass  # from nobody who may say so
+                pass  # from a robot that may not say so
         return []
 
     def hear_link(self, heard: LinkHeard, now_s: float) -> list[Command]:

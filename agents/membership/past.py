@@ -31,7 +31,7 @@ class Past:
         return replace(self, places=places)
 
     def with_strand(self, member: Member) -> Self:
-        """After a strand; who did not stand at its place in it has none on its path."""
+        """After a strand; a robot that did not stand at its place in it has no place on its path."""
         formation = member.formation
         berth = Berth(formation.epoch, formation.rank, member.progress_m, member.path)
         places = self.places.with_berth(berth, moved=member.has_moved) if member.fits else Places()

@@ -1,13 +1,13 @@
 """Why a robot proposes a view. Liveness: whatever it proposes, bodies obey the fence.
 
-Rule 1: where nobody coordinates, anybody does.
+Rule 1: where no robot coordinates, any robot proposes a view.
 Rule 2: a bound robot proposes one when its coordinator is lost: its token has gone, it is silent, or it does
         nothing though nobody moves.
 Rule 3: a member proposes one for what it wishes (`agents.strand.wish`), for a neighbour that is lost, and, if
         it leads, for a robot that asks to be let in. A leader without a way on lets such a robot in first: it
         may be what stands in the way.
-Rule 4: a robot that is left out, and has no answer from the leader, proposes one as an outsider; where nobody
-        moves, as anybody.
+Rule 4: a robot that is left out, and has no answer from the leader, proposes one as an outsider; where no
+        body moves, as any robot may.
 """
 
 from agents.commands import Command, Note

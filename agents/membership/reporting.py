@@ -1,10 +1,10 @@
 """What a bound robot reports to the coordinator, and how it answers the coordinator's questions.
 
-Rule 1: it reports standing: its newest order has ended. It repeats a report until it is answered, and after
-        that less often, since the answer shows that the coordinator is there.
-Rule 2: it looks when it is asked to, from where it stands. A leg that has been driven is not looked at: who
-        drives on it looks anew (`agents.strand.follower`). It looks closer where a leg is clear of all that
-        was hit, but not of what may be hidden.
+Rule 1: it reports only while it stands, when its newest order has ended. It repeats a report until it is
+        answered, and after that less often, since the answer shows that the coordinator is there.
+Rule 2: it looks when it is asked to, from where it stands. A leg that has been driven is not looked at: a
+        robot that drives on it takes a new scan (`agents.strand.follower`). It looks closer where a leg is
+        clear of all hits, but not of what may be hidden between the rays.
 """
 
 from dataclasses import dataclass

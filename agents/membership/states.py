@@ -1,4 +1,4 @@
-"""The four states of a robot in a view, and when it goes from one to another. Data."""
+"""The four states of a robot in a view, and the table of changes between them. Data."""
 
 from enum import StrEnum
 from types import MappingProxyType
@@ -18,7 +18,7 @@ class Happening(StrEnum):
 
     NEWER_EPOCH = "newer_epoch"  # the fence is of a newer epoch
     NAMED = "named"  # the fence names this robot and its life
-    NOT_NAMED = "not_named"  # the fence names it no more
+    NOT_NAMED = "not_named"  # the fence no longer names it
     FORMED = "formed"  # the fence is ALL, and this robot has its formation
     LEFT_OUT = "left_out"  # the coordinator says that it is not in the formation
 

@@ -2,11 +2,11 @@
 
 Rule 1: it drives only under a fence that names it, and plans only from scans of that very fence.
 Rule 2: it ends its turn standing, in place or blocked, and orders nothing more in that turn.
-Rule 3: a robot that plans from one place again and again is blocked: what is seen from there undoes what is
-        seen from another.
+Rule 3: a robot that plans from one place again and again counts as blocked: what it sees from there
+        contradicts what it sees from another place.
 Rule 4: where obstacles move, a robot that gets no further looks again for a while before it is blocked, and
         looks while it drives.
-Rule 5: a leader that makes way takes one step to where others can come.
+Rule 5: a leader that makes way takes one step, to a place to which other robots can come.
 """
 
 import math

@@ -1,8 +1,9 @@
 """How a robot advances along the existing path.
 
 Rule 1: it drives to the next vertex or to its authority, whichever comes first, and keeps off robots behind.
-Rule 2: it checks each segment against a scan of its own. Where obstacles move, its watch replaces that check,
-        except on its own leg, and where robots are left out on all of the path that the formation has laid.
+Rule 2: it checks each segment against a scan of its own. Where obstacles move, its watch replaces that check.
+        It does not on the robot's own leg, nor, if robots are left out, on any path that the formation has
+        laid.
 Rule 3: after a clear check it drives in the same event.
 """
 

@@ -1,7 +1,7 @@
 """The way out of a dead end: how far the strand has to back up before its leader can go another way.
 
-The strand backs up along its own path, as a train does; so the question is from which place of the path the
-goal can be reached past the robots behind, who will then take up as much of the path behind as they do now.
+The strand backs up along its own path, as a train does. So this computes from which place of the path the
+goal can be reached past the robots behind. These will then take up as much of the path as they do now.
 """
 
 from collections.abc import Callable

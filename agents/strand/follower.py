@@ -6,7 +6,7 @@ Rule 2: before it enters a segment, it checks the segment against a scan of its 
         of this robot, one for that of the leader.
         - No leader has certified its own leg, up to where the robot ahead stood at first. There the check
           must certify `epsilon - mu0`, with half of the tolerance left for the drive.
-        - A robot that is left out may have died on a leg that counts as driven, or right behind. So hits
+        - A robot that is left out may have died on a leg that counts as driven, or just behind it. So hits
           count as robots of the strand only where its neighbours may be (`Strand.robots_in_sight`), and
           ground that was checked in another epoch is checked anew.
         - Bodies of robots that are left out may have stopped beside ground that was driven before. Then the

@@ -1,6 +1,6 @@
 """A follower's part in the strand: along the path ahead, as far as it may.
 
-Rule 1: it drives on its authority, whether or not its links are silent; without any it stands.
+Rule 1: it drives as far as its authority, whether or not its links are silent; without authority it stands.
 Rule 2: the tail of a strand that has turned round comes back only as far as the formation says.
 Rule 3: it has arrived when the robot ahead has, and there is nothing left to drive.
 """

@@ -1,8 +1,8 @@
 """The leader: senses at a switching position and plans the next switching step.
 
 Rule 1: one scan per switching position, one step per scan. If no certified step comes nearer to the goal, the
-        leader scans once more with more revolutions. A spot that is refused even then is closed, and a law
-        that goes by the remaining ways is asked again.
+        leader scans once more with more revolutions. A spot that is refused even then is closed in the map,
+        and a law that uses the ways of the map is asked again.
 Rule 2: steps keep the robots' distance from ground that has been granted to robots behind. (The paper's laws
         do not consider robots behind.)
 Rule 3: if only the strand itself is in the way, the leader waits until the strand has closed up. If that does
@@ -10,9 +10,10 @@ Rule 3: if only the strand itself is in the way, the leader waits until the stra
 Rule 4: if there is no way, the leader reports it (`NoStep`) and does not wander in search of one. If no
         obstacle moves, planning from one place again and again counts as wandering (not by the paper's laws).
 Rule 5: where bodies may have moved and no way is left, the map is cleared, once per epoch.
-Rule 6: where obstacles move, a step keeps off what they can do while a motion is to be safe
-        (`Mission.watch_s`). If that leaves no way past what stands, it plans a step that keeps off what they
-        can do in a moment: the body then drives by moments (`agents/body/watch.py`).
+Rule 6: where obstacles move, a step keeps off all ground that they can reach while a motion has to be safe
+        (`Mission.watch_s`). If that leaves no way past what stands, it plans a step that keeps off only what
+        they can reach in one *moment* (docs/words.md): the body then drives by moments
+        (`agents/body/watch.py`).
 Rule 7: where nothing but the strand moves, scans of the same epoch from other places narrow what the closest
         look may have missed. In another epoch bodies may have moved (F6 of docs/strand.md).
 """
@@ -261,7 +262,7 @@ class Leader:
         return self.map.cost_to_go(goal, tolerance_m=tolerance_m, taken=taken, keep_m=keep_m, origin=origin)
 
     def _close(self, view: View, way: Floats, refused: int) -> None:
-        """Close the narrowest spot of a way refused from that point on; not for good if robots are why."""
+        """Close the narrowest spot of a way refused from that point on; only for now if robots are why."""
         off_first_m = np.hypot(*(way[refused:] - way[refused]).T)
         spot = self.map.narrowest(way[refused:][off_first_m <= 2.0 * self._mission.obstacle_keep_m])
         robots = ~view.hits & (view.ranges_m < self._mission.range_m_max)

@@ -3,11 +3,11 @@
 Rule 1: it plans only where the path ends. If its body stands elsewhere, it wants a new formation.
 Rule 2: where the only way leads back, it wants the strand to turn round, `TURNS_MAX` times at most without a
         step towards the goal between them.
-Rule 3: where it knows no way on, and the strand has lost some, it wants another robot to lead. The route is
-        lost if `LEADERS_MAX` have led in vain, or all, or this one before; or where another has and the map
-        shows this one no way from any place of the strand. A strand that has tried another
-        leader does not turn round any more: any robot may lead. The first leader waits before it says so
-        where bodies or obstacles may move away.
+Rule 3: where it knows no way on, and the strand has lost robots, it wants another robot to lead. The route is
+        lost if `LEADERS_MAX` robots have led in vain, or all, or this one before. It is also lost if another
+        robot has led in vain, and the map shows this one no way from any place of the strand. A strand that
+        has tried another leader does not turn round any more: any robot may lead. The first leader waits
+        before it says that the route is lost, where bodies or obstacles may move away.
 """
 
 import math

@@ -5,9 +5,10 @@ Rule 1 (safety, F4 and F5 of docs/strand.md): a robot gives orders and tells lin
 Rule 2 (safety): where obstacles move, a robot looks while it drives (`agents.body.watch`).
 Rule 3 (liveness): the stretch rule. A robot waits while the robot behind, as last heard, is too far behind
         what it has been granted. A robot that backs up does not wait for those that will not come further.
-Rule 4 (liveness): a robot whose way has been blocked for too long wants the strand to dissolve. After so many
-        times the route is lost, and the leader says so: of a strand that has dissolved once more because
-        another robot was blocked, at once. A block that goes away before the fence has risen changes nothing.
+Rule 4 (liveness): a robot whose way has been blocked for too long wants the strand to dissolve. After
+        `DISSOLVED_MAX` times the route is lost, and the leader says so. It does so at once in a strand that
+        has dissolved once more because another robot was blocked. A block that goes away before the fence has
+        risen changes nothing.
 """
 
 import math

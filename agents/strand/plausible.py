@@ -1,8 +1,8 @@
-"""Whether a link state can be true, as far as this robot knows; what cannot is refused and counted.
+"""Whether a link state can be true, as far as this robot knows; one that cannot is refused and counted.
 
 Rule 1: a robot tells the robot behind it only ahead states, and the robot ahead of it only behind states.
 Rule 2: the path continues what is known, and each arc length is what the coordinates give.
-Rule 3: nobody grants ground that it has not left, or ground beyond the path.
+Rule 3: no robot grants ground that it has not left, or ground beyond the path.
 Rule 4: the robot behind is between its place in the formation and what it has been granted, its tail is not
         ahead of it, and it knows no more of the path than this robot.
 """

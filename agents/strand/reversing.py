@@ -3,8 +3,8 @@
 Rule 1: it drives along the path that there is, so that the robots behind can come back.
 Rule 2: when the tail has come back as far as the formation says, it wants the strand to turn round again: the
         tail then leads from there.
-Rule 3: where the path ends, and all behind have come to stand, it leads for good, if it knows a way; else it
-        makes room by a step, so often at most (`agents.strand.leader`).
+Rule 3: where the path ends, and all robots behind stand, it stays the leader if it knows a way; otherwise it
+        makes room by a step, a limited number of times (`agents.strand.leader`).
 """
 
 from agents.body.driver import Driver

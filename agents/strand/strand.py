@@ -4,10 +4,11 @@ Rule 1 (safety): places, path and arc lengths are those of the formation, as tol
         state of another epoch, of another life than the formation names, or from a robot that is no
         neighbour (F5 of docs/strand.md); nor from one that cannot be true (`agents.strand.plausible`).
 Rule 2 (safety): hits of a scan are robots only where a neighbour may be: the one behind between where it was
-        last heard and what it has been granted, the one ahead from where it was last heard on. "Heard" is at
-        first its place. Where obstacles move, a neighbour has to be heard lately (F6).
+        last heard and what it has been granted, the one ahead from where it was last heard on. Before a
+        neighbour is first heard, its place in the formation counts. Where obstacles move, a neighbour must
+        have been heard lately (F6).
 Rule 3 (liveness): what is granted (`agents.strand.grants`), and all other news, is sent at once, several
-        times, and then on every heartbeat. A silent link stops nobody: authority may be used up.
+        times, and then on every heartbeat. A silent link stops no robot: it may use up its authority.
 Rule 4: the leader's handover goes from each robot to the one behind until that has acknowledged it.
 """
 
@@ -123,7 +124,7 @@ class Strand:
         return self._back_by_m
 
     def lead_on(self) -> None:
-        """The first robot leads for good: the tail need not come back any further."""
+        """The first robot stays the leader: the tail need not come back any further."""
         self._back_by_m = 0.0
 
     @property

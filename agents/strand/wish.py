@@ -1,4 +1,4 @@
-"""What a member of a strand wants of the robots of the fleet: a view, and why."""
+"""What a member of a strand can ask of the fleet: a view, and why."""
 
 from dataclasses import dataclass
 

@@ -50,10 +50,12 @@ REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
     "--faults", metavar="PLAN|swarm", help="Fault plan; swarm: each seed draws its own world and faults."
 )
 @click.option(
-    "--guided", is_flag=True, help="Of a swarm: search each seed for futures that reach something new."
+    "--guided", is_flag=True, help="With swarm: search each seed for futures that reach something new."
 )
 @click.option(
-    "--future", metavar="BRANCHES", help="Of a swarm: play one future of each seed, such as 3.101:2,7.401:1."
+    "--future",
+    metavar="BRANCHES",
+    help="With swarm: play one future of each seed, such as 3.101:r4:2,7.401:r1:1.",
 )
 @click.option(
     "--keep", is_flag=True, help="Write every drawn world and plan, not only those with a surprise."
@@ -70,7 +72,9 @@ REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
     show_default=True,
     help="What plays the episodes: processes of this machine, or the workers of a Dask cluster.",
 )
-@click.option("--scheduler", metavar="ADDRESS", help="Of the Dask cluster, such as tcp://127.0.0.1:8786.")
+@click.option(
+    "--scheduler", metavar="ADDRESS", help="Scheduler of the Dask cluster, such as tcp://127.0.0.1:8786."
+)
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
@@ -88,7 +92,7 @@ REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
     type=click.IntRange(0),
     default=JUDGE_EVERY,
     show_default=True,
-    help="Judge the first of every so many episodes a second time (clew judge); 0: none.",
+    help="Judge the first of every N episodes a second time (clew judge); 0: none.",
 )
 @AS_JSON
 @click.pass_context

@@ -22,14 +22,14 @@ RULE_NAMES = ("F1", "F2", "F3", "F4", "F5", "F6")
 @click.argument("setting", type=Word(SETTING_NAMES), default="start")
 @robots_option("Number of robots, at most the setting's.")
 @click.option(
-    "--faults", type=click.IntRange(0, 4), help="Explore all schedules with so many faults at most."
+    "--faults", type=click.IntRange(0, 4), help="Explore all schedules with at most this many faults."
 )
 @click.option(
     "--deliveries",
     type=click.IntRange(1, 10_000),
-    help="Faults strike while so many messages are delivered, counted without faults.",
+    help="Faults occur during this many delivered messages, counted without faults.",
 )
-@click.option("--skip", type=click.IntRange(0, 10_000), help="Faults strike after so many messages.")
+@click.option("--skip", type=click.IntRange(0, 10_000), help="Faults occur only after this many messages.")
 @click.option(
     "--recovers", is_flag=True, help="After the faults all robots that live have to form a strand and drive."
 )
@@ -39,7 +39,7 @@ RULE_NAMES = ("F1", "F2", "F3", "F4", "F5", "F6")
     type=click.FloatRange(0.0, min_open=True),
     default=60.0,
     show_default=True,
-    help="CPU time for all of it.",
+    help="Limit for all of it [CPU s].",
 )
 @AS_JSON
 @click.pass_context

@@ -25,8 +25,8 @@ def judge_verb(ctx: click.Context, run: Path, scene: Path | None, *, as_json: bo
     """Judge a run a second time, by true poses and the scene alone.
 
     RUN is the folder of a run, or its events.jsonl; SCENE a scenario or a scene, instead of the scenario in
-    the run's header. The judge is written apart from the world's: it believes no robot and shares no code. It
-    prints the least distances with their moments, and who stands where at the end.
+    the run's header. This judge shares no code with the world's and uses no entry of a robot. It prints the
+    least distances with their times, and where each robot stands at the end.
 
     Exits with 1 when a promise was broken, the fleet did not arrive, or verdict.json says otherwise.
     """

@@ -117,7 +117,7 @@ def run(ctx: click.Context, /, **asked: Any) -> None:  # noqa: ANN401 - the fiel
     run's folder.
 
     Exit code: 0 all promises kept, 1 the run failed or broke a promise, 2 cannot run as asked, 130 Ctrl-C,
-    143 SIGTERM, 129 SIGHUP, 128+n the world died of signal n.
+    143 SIGTERM, 129 SIGHUP, 128+n signal n killed the world too often.
     """
     request, requests = request_of(asked), Requests()
     listen(requests.note)

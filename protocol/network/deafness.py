@@ -1,9 +1,9 @@
-"""Whether a session is connected and hears nobody any more. Pure: times are arguments. Liveness only.
+"""Whether a session is connected and no longer hears any process. Pure: times are arguments. Liveness only.
 
 When Zenoh gives up opening a link just after the other side has accepted it, the link stays half open: the
 session counts as connected, receives nothing, and the router refuses it any other link (`MAX_LINKS`).
 
-Rule 1: a session is deaf that has seen tokens of other processes, is connected, and has seen none for
+Rule 1: a session is deaf if it has seen tokens of other processes, is connected, and has seen none for
         `DEAF_S`. It is opened anew. If the others are really gone, that costs some milliseconds.
 Rule 2: a pause of this process counts as `LOOK_S_MAX` at most: what has arrived meanwhile is not read yet.
 Rule 3: the time doubles, up to `DEAF_S_MAX`, until a token is seen.

@@ -1,9 +1,9 @@
 """How late a process runs, as it measures it itself. Pure: times are arguments.
 
-Rule 1: a turn of the event loop is late by the time in which it neither computed nor was asked to wait. So a
+Rule 1: a pass of the event loop is late by the time in which it neither computed nor was asked to wait. So a
         long computation is not lateness: only a machine that has no time for the process is.
-Rule 2: a turn that took longer than `LATE_S_MAX` was a stopped process, and says nothing about the machine.
-Rule 3: what counts is the longest delay lately: it is halved every `HALF_LIFE_S`.
+Rule 2: a pass that took longer than `LATE_S_MAX` was a stopped process, and says nothing about the machine.
+Rule 3: the longest recent delay counts: it is halved every `HALF_LIFE_S`.
 """
 
 import math

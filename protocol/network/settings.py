@@ -1,4 +1,4 @@
-"""Zenoh's settings for the fleet's processes and its routers. Pure; the figures are from zenoh.md.
+"""Zenoh's settings for the fleet's processes and its routers. Pure; figures were measured with Zenoh 1.10.
 
 Rule 1: there is no scouting, and no shared memory, which would write plain payloads to /dev/shm. Our own
         router admits no process without a password.

@@ -1,1 +1,1 @@
-"""The rules by which the judge finds violations, entry by entry: S1 to S3, F1 to F6, P1 to P6."""
+"""The rules by which the judge finds violations, entry by entry: S1 to S3, F1 to F6, and P1 to P6."""

@@ -4,8 +4,8 @@ The sources of a timeline have no common order: a robot's entry may be recorded 
 
 Rule 1: a check that the entries so far satisfy is done at once. More entries must not be able to break it.
 Rule 2: any other check names the sources that may still satisfy it, and is made again with each of their
-        entries. A source has nothing more to say about a check once it has recorded an entry of a later time,
-        because its entries come in order; nor at the end of the timeline.
+        entries. A source can say nothing more about a check once it has recorded an entry of a later time,
+        because its entries come in order; at the end of the timeline no source can.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""S1 and S2 along all moves, by the monitor that watches live runs, too; and the metres driven."""
+"""S1 and S2 along all moves, by the same monitor that watches live runs; and the metres driven."""
 
 from collections.abc import Iterable, Iterator
 

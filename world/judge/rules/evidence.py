@@ -1,9 +1,9 @@
-"""What the rules of the judge know of a run in common: fences, formations, paths, places, deaths.
+"""What all rules of the judge know of a run: fences, formations, paths, places, deaths.
 
 Rule 1: the world records fences, orders, scans and poses itself, in order. So what was in force when a body
         accepted an order is known at once. What robots record may come later: `claims` waits for it.
 Rule 2: what was planned and granted in an epoch is dropped once another epoch is in force and no undecided
-        check is about it. Of an epoch only its fences and its formation stay.
+        check is about it. Only the fences and the formation of an epoch are kept.
 """
 
 import math

@@ -1,7 +1,7 @@
 """How far each robot has let the one behind it drive, at which time. Grants of a link never shrink here.
 
-In the epoch in force nobody asks for a time before that of the world's newest order and of the oldest
-undecided check. So of each link only the newest grant by then stays, and those after it.
+In the epoch in force no check asks for a time before the world's newest order and the oldest undecided
+check. So for each link only the newest grant up to that time is kept, and all later ones.
 """
 
 from bisect import bisect_right

@@ -2,8 +2,8 @@
 
 They are judged from the timeline alone, in one place for live runs, rehearsals and logs.
 S3: `motion` and, while robots join, `authority`.
-F1 to F6: the rules of fences (docs/strand.md), as far as a timeline shows them. Beside us `fences` judges
-    the fences, `formations` what the coordinator made, `authority` the orders, and `motion` the bodies. Here:
+F1 to F6: the rules of fences (docs/strand.md), as far as a timeline shows them. `fences` judges the fences,
+    `formations` what the coordinator made, `authority` the orders, and `motion` the bodies. This file has:
     F2: no robot plans or grants in an epoch that is not in force yet.
     F5: ground is granted only under ALL, by a member to the robot directly behind it, and never taken back.
 P1: only the first robot of a formation leads it: only that robot plans steps and records that it leads.
