@@ -201,6 +201,11 @@ def _source(executor: str, scheduler: str | None, jobs: int | None, *, guided: b
     Raises:
         UsageError: options exclude each other, or Dask is not installed.
     """
+    from clew.campaign.campaign import hash_of_source
+    from clew.campaign.executors.cluster import cluster_outcomes
+    from clew.campaign.executors.pool import outcomes_of
+    from clew.guided.batches import guided_outcomes
+
     if executor == "processes":
         if scheduler is not None:
             raise UsageError("--scheduler: needs --executor dask")

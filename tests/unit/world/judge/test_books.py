@@ -168,7 +168,13 @@ def test_a_message_removed_after_its_receiver_has_counted_is_in_no_book() -> Non
     dropped = [FaultInjected(fault="drop", rule="drop", key=key, number=number) for number in (1, 2)]
     none = dict[str, int]()
     counted = TrafficCounted(
-        sent=none, received=none, newest={key: 1}, injected={"drop": {key: 1}}, refused=none, overflowed=0
+        sent=none,
+        received=none,
+        newest={key: 1},
+        injected={"drop": {key: 1}},
+        refused=none,
+        overflowed=0,
+        unrecorded=0,
     )
     records: tuple[Record, ...] = (dropped[0], counted, dropped[1])
     for n, record in enumerate(records, start=1):
