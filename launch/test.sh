@@ -56,8 +56,8 @@ check_page
 command -v chromium >/dev/null ||
     clew_say "no chromium here: its tests are skipped. To install it: apt-get install -y --no-install-recommends chromium"
 check_tests -m "not processes" -n auto --dist worksteal "$@"
-# A fleet waits more than it computes. The tests of a file share what they have set up, and stay together.
-check_tests -m processes -n auto --dist loadfile "$@"
+# A fleet waits more than it computes: three for each two cores. The tests of a file share what they have set up.
+check_tests -m processes -n $(($(nproc) * 3 / 2)) --dist loadfile "$@"
 ((${#failed[@]} == 0)) && exit
 clew_say "failed: $(printf '%s; ' "${failed[@]}")"
 exit 1
