@@ -27,7 +27,8 @@ OF_THE_MACHINE = ("wall_s", "cpu_s")
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[LocalCluster]:
     """A scheduler on loopback and two workers; who dies is started again."""
-    with LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0") as started:
+    page = "127.0.0.1:0"  # Dask's own takes port 8787, which another cluster here may have
+    with LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=page) as started:
         yield started
 
 
