@@ -352,7 +352,7 @@ class World:
         if tally.route_lost is not None:
             return Ending.ROUTE_LOST
         if tally.disturbed_s is not None:
-            last_s = max(tally.disturbed_s, tally.arrived_s, self.arena.moved_s)
+            last_s = max(tally.disturbed_s, tally.arrived_s, self.arena.moved_s, self.arena.turn_s)
             if self.now_s - last_s >= HEAL_S_MAX:
                 return Ending.STUCK
         return Ending.TIMED_OUT if self.now_s >= self._time_s_max else None

@@ -15,7 +15,7 @@ from functools import cache
 import numpy as np
 
 from protocol.arrays import Flags, Floats
-from protocol.fence import Change, Fence
+from protocol.fence import Change, Fence, May
 from protocol.frames import Pose
 from protocol.timeline import (
     BodyStopped,
@@ -61,6 +61,8 @@ class Arena:
         )
         self.moved_s = 0.0
         """The time of the last motion of any body."""
+        self.turn_s = 0.0
+        """When a robot last got a turn: it may look for a way for long, and find none."""
         self._register = Register(len(robots))
         self._told = [0] * len(robots)
         """The number of the newest odometry of each body."""
@@ -141,6 +143,8 @@ class Arena:
             self.moved_s = self.now_s
         self._sampled = self._sampled | self.bodies.moving
         self.bodies.stand()
+        if self.fence.may is May.ONE:
+            self.turn_s = self.now_s
         return [*samples, self.note(taken.as_record())]
 
     def _stand_as(self, body: int, known: BodyPast) -> None:

@@ -2,6 +2,7 @@
 
 import pytest
 
+from protocol.fence import Cause, Fence, May, Raise, Turn
 from protocol.frames import Point
 from protocol.timeline import (
     LinkBroken,
@@ -94,6 +95,22 @@ def test_a_run_that_does_not_heal_ends_when_nothing_has_moved_for_the_longest_ti
         assert stage.at()[2] is None
         stage.tick()
         stage.look()
+    assert stage.at()[2] is Ending.STUCK
+
+
+def test_a_robot_that_looks_for_a_way_in_its_turn_keeps_the_run_going() -> None:
+    """As with eight robots and loss: five look for a way around a dead body, each several times."""
+    stage = running(time={"time_s_max": 500.0})
+    die(stage, 1)
+    stage.tick(round(HEAL_S_MAX * SECOND) - SECOND)
+    epoch = stage.fence.epoch.next(2, life_of(2))
+    stage.put(2, Raise(epoch=epoch, cause=Cause.NEIGHBOUR_LOST))
+    stage.put(2, Turn(fence=Fence(epoch=epoch, turn=1, may=May.ONE, robot=2, life=life_of(2))))
+    stage.tick(round(HEAL_S_MAX * SECOND) - 1)
+    stage.look()
+    assert stage.at()[2] is None
+    stage.tick()
+    stage.look()
     assert stage.at()[2] is Ending.STUCK
 
 
