@@ -142,9 +142,9 @@ class Arena:
         if moving:
             self.moved_s = self.now_s
         self._sampled = self._sampled | self.bodies.moving
-        self.bodies.stand()
         if self.fence.may is May.ONE:
             self.turn_s = self.now_s
+        self.bodies.stand()
         return [*samples, self.note(taken.as_record())]
 
     def _stand_as(self, body: int, known: BodyPast) -> None:
