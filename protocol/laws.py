@@ -5,6 +5,7 @@ Rule 2: a law is loaded when it is looked up first, which shells do before a cor
 """
 
 import re
+import sys
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
@@ -55,7 +56,8 @@ def check(name: str, *, in_processes: bool = False) -> None:
             f"which find it by an entry point of the group {GROUP}"
         )
     known = names()
-    raise UsageError(f"must be one of {', '.join(known)}, got {name!r}{did_you_mean(name, known)}")
+    refusal = f"must be one of {', '.join(known)}, got {name!r}{did_you_mean(name, known)}"
+    raise UsageError(f"{refusal} (laws installed for {sys.executable})")
 
 
 def find(name: str) -> Any:  # noqa: ANN401 - the robots' code knows the type

@@ -83,7 +83,7 @@ class RunFaults:
         """The process faults that are due by now."""
         faults = list(self._due(now_s))
         for fault in faults:
-            if fault.action is ProcessAction.SLOW:
+            if fault.action in {ProcessAction.SLOW, ProcessAction.UNSLOW}:
                 self._slow_s[fault.process] = fault.delay_s
                 self._news += 1
             elif (fault.process, fault.action) == (WORLD, ProcessAction.FREEZE):

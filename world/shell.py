@@ -274,7 +274,7 @@ class _Life:
             return
         for fault in self._faults.due(now_s):
             self._note(now_s, fault.as_record())
-            if fault.action is not ProcessAction.SLOW:
+            if fault.action not in {ProcessAction.SLOW, ProcessAction.UNSLOW}:
                 send_process_fault(self._request.private, fault, speed=self._request.speed or 1.0)
             if (fault.process, fault.action) == (WORLD, ProcessAction.FREEZE):
                 time.sleep(STRUCK_S)  # so that the world does nothing between its request and its stop

@@ -150,7 +150,7 @@ class _Host:
             case ProcessAction.START:
                 self._start(command.robot, pids)
                 return
-            case ProcessAction.SLOW:
+            case ProcessAction.SLOW | ProcessAction.UNSLOW:
                 return  # robots receive that themselves
         for pid in pids if not command.done else ():
             os.kill(pid, number)  # the process exists: it has not been reaped

@@ -99,15 +99,26 @@ Source = Callable[[Sequence[Episode], int], Iterator[Outcome]]
 """What plays episodes on so many processes."""
 
 
-def run(request: Request, watch: Callable[[int, int, int], None], source: Source = outcomes_of) -> Campaign:
-    """Play every episode without an outcome; `watch` gets the counts of done, requested and surprising ones.
+def run(
+    request: Request,
+    watch: Callable[[int, int, int], None],
+    source: Source = outcomes_of,
+    warn: Callable[[str], None] = lambda _: None,
+) -> Campaign:
+    """Play every episode without an outcome.
+
+    Args:
+        request: what is asked for.
+        watch: gets the counts of done, requested and surprising episodes.
+        source: what plays them.
+        warn: gets a line for each broken file, which is not played.
 
     Raises:
         UsageError: there is nothing to play, or the folder is not writable.
     """
     source_hash = hash_of_source()
     try:
-        episodes = _with_judges(_episodes(request, source_hash), request.judge_every)
+        episodes = _with_judges(_episodes(request, source_hash, warn), request.judge_every)
         if not request.out.is_dir():
             make_folder(request.out)  # a refused campaign leaves no folder
         path = request.out / EPISODES_FILE
@@ -152,7 +163,7 @@ def hash_of_source() -> str:
     return digest.hexdigest()
 
 
-def _episodes(request: Request, source_hash: str) -> Iterator[Episode]:
+def _episodes(request: Request, source_hash: str, warn: Callable[[str], None]) -> Iterator[Episode]:
     if request.faults == SWARM:
         for seed in request.seeds:
             episode = drawn_episode(seed, request.out, source_hash, wall_s_max=request.wall_s_max)
@@ -163,7 +174,7 @@ def _episodes(request: Request, source_hash: str) -> Iterator[Episode]:
             else:
                 yield episode
         return
-    all_found, plan = find_scenes(request.roots, request.robots), _plan_bytes(request.faults)
+    all_found, plan = find_scenes(request.roots, request.robots, warn), _plan_bytes(request.faults)
     if request.tight is not None:
         check_widest(all_found)
     for found in all_found:

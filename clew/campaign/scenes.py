@@ -2,9 +2,10 @@
 
 Rule 1: a scene's family is the name of the folder that holds its file.
 Rule 2: a changed scene is written to a file, so that a single rehearsal can replay it.
+Rule 3: a file below a folder that was meant as a scene or scenario, and cannot be read as one, is told of.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,14 +13,22 @@ from typing import Any
 import msgspec
 
 from protocol.errors import UsageError
+from protocol.faults.plan_text import FAULTS_FILE
+from protocol.files.names import did_you_mean
 from protocol.files.opening import WRITTEN_BYTES_MAX, read_bytes
 from protocol.files.reading import decode
 from protocol.files.writing import make_folder, write_whole
+from protocol.run_settings import SETTINGS_FILE
 from world.scenario.scenario import Scenario, load
 from world.scenario.scene import EPSILON_M_MAX, EPSILON_RADII, ROBOTS
 
 SCENE_SCHEMA = "clew-scene/1"
 SUFFIXES = {".json", ".toml"}
+NEVER_SCENES = (FAULTS_FILE, SETTINGS_FILE, "pyproject.toml")
+"""How the names of files end that may lie beside scenes, also of `one.faults.toml`."""
+OF_SCENE = frozenset({"robot_radius", "start", "goal", "circles", "polygons"})
+OF_SCENARIO = frozenset({"law", "sensor", "drive", "time", "goal", "bounds", "obstacle", "moving"})
+COMMON = 2  # so many of these names: a file for something else may have one by chance
 SPARE = 1.05  # a scene counts as solvable with 5 % to spare
 
 
@@ -37,15 +46,19 @@ class Scene:
     """The radius of the largest disc that can be moved from start to goal; None: not in the file."""
 
 
-def find_scenes(roots: Sequence[Path], robots: int | None) -> list[Scene]:
-    """All scenes and scenarios among these files and below these folders.
+def find_scenes(roots: Sequence[Path], robots: int | None, warn: Callable[[str], None]) -> list[Scene]:
+    """All scenes and scenarios among these files and below these folders; rule 3 warns of the others.
 
     Raises:
         UsageError: there are none, or one of the roots cannot be read.
     """
-    scenes = [scene for root in roots for scene in _below(root, robots)]
+    broken: list[str] = []
+    scenes = [scene for root in roots for scene in _below(root, robots, broken)]
     if not scenes:
-        raise UsageError(f"no scene (.json) and no scenario (.toml) in {', '.join(map(str, roots))}")
+        more = "".join(f"; {each}" for each in broken)
+        raise UsageError(f"no scene (.json) and no scenario (.toml) in {', '.join(map(str, roots))}{more}")
+    for each in broken:
+        warn(f"not played: {each}")
     return scenes
 
 
@@ -91,7 +104,7 @@ def solvable(widest_path_radius_m: float | None, scenario: Scenario) -> bool | N
     return False if widest_path_radius_m < scenario.closest_m else None
 
 
-def _below(root: Path, robots: int | None) -> Iterator[Scene]:
+def _below(root: Path, robots: int | None, broken: list[str]) -> Iterator[Scene]:
     if not root.exists():
         raise UsageError(f"{root}: no such folder or file")
     paths = [root] if root.is_file() else sorted(root.rglob("*"))
@@ -105,6 +118,30 @@ def _below(root: Path, robots: int | None) -> Iterator[Scene]:
                     robots=robots,
                     widest_path_radius_m=_widest_m(raw),
                 )
+            elif (why := _flaw(path, raw)) is not None:
+                broken.append(why)
+
+
+def _flaw(path: Path, raw: dict[str, Any]) -> str | None:
+    """Rule 3: why this file is no scene and no scenario; None: it was not meant as one."""
+    if path.name.endswith(NEVER_SCENES):
+        return None
+    try:
+        if not raw:
+            decode(read_bytes(path, WRITTEN_BYTES_MAX), path.suffix)
+        elif _is_meant(path, raw):
+            load(str(path))
+    except UsageError as error:
+        return str(error)
+    except ValueError as error:
+        return f"{path}: is not {path.suffix[1:].upper()}: {error}"
+    return None
+
+
+def _is_meant(path: Path, raw: dict[str, Any]) -> bool:
+    if path.suffix == ".json":
+        return str(raw.get("schema")).startswith("clew-scene") or len(OF_SCENE & raw.keys()) >= COMMON
+    return len(OF_SCENARIO & raw.keys()) >= COMMON or did_you_mean("fleet", raw) != ""
 
 
 def _read(path: Path) -> dict[str, Any]:

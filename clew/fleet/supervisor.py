@@ -181,7 +181,7 @@ class Supervisor:
                 yield Signal(part, signal.SIGSTOP)
             case ProcessAction.THAW:
                 yield from self._thaw(happening, now_s)
-            case ProcessAction.START | ProcessAction.SLOW:
+            case ProcessAction.START | ProcessAction.SLOW | ProcessAction.UNSLOW:
                 pass  # a killed part is restarted anyway; a slow world notices it by itself
 
     def _thaw(self, happening: Happening, _: float) -> Iterator[Command]:

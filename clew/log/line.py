@@ -63,15 +63,17 @@ def one_line(source: str, entry: Entry, said: str, *, coloured: bool = False) ->
     return f"{entry.t_s:9.3f} {plain(source):>6} {kind} {said}".rstrip()
 
 
-def fields_of(record: Record, *, exact: bool = False) -> str:
+def fields_of(record: Record, *, exact: bool = False, only: frozenset[str] | None = None) -> str:
     """The fields of a record; of a long list only its length.
 
     Args:
         record: the record.
         exact: whether numbers keep all their digits, and short nested lists are shown.
+        only: the fields to show; None: all.
     """
     fields = msgspec.to_builtins(record)
     del fields["kind"]
+    fields = {name: value for name, value in fields.items() if only is None or name in only}
     return " ".join(f"{name}={_short(value, exact=exact)}" for name, value in fields.items())
 
 

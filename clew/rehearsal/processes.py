@@ -100,7 +100,7 @@ class Processes:
                 self.desk = Desk(WORLD, self.desk.traffic)
                 self.tokens.thaw(WORLD_NUMBER)
                 self.tokens.forget(WORLD_NUMBER)
-            case ProcessAction.SLOW:
+            case ProcessAction.SLOW | ProcessAction.UNSLOW:
                 pass  # `check_rehearsable` refuses it
 
     def _inject_robot(self, actor: Actor, fault: ProcessFault, now_s: float) -> None:
@@ -113,7 +113,7 @@ class Processes:
             case ProcessAction.THAW:
                 actor.thaw()
                 self.tokens.thaw(actor.robot)
-            case ProcessAction.SLOW:
+            case ProcessAction.SLOW | ProcessAction.UNSLOW:
                 actor.slow_down(fault.delay_s)
             case ProcessAction.START:
                 pass  # it is alive already

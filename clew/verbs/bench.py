@@ -9,7 +9,7 @@ import click
 
 from clew.verbs.group import Late, LateGroup
 from clew.verbs.options import AS_JSON, runs_option
-from clew.verbs.say import say_json
+from clew.verbs.say import say_json, warn
 from protocol.errors import UsageError
 from protocol.faults.plan import NO_FAULTS, uniform
 from protocol.faults.plan import load as load_plan
@@ -116,7 +116,7 @@ def _asked(roots: Sequence[Path]) -> "Iterator[tuple[str, Scenario]]":
     from clew.campaign.scenes import find_scenes
     from world.scenario.scenario import load
 
-    for found in find_scenes(roots, None):
+    for found in find_scenes(roots, None, warn):
         yield str(found.path), load(str(found.path))
 
 

@@ -13,7 +13,7 @@ import click
 from clew.fleet.folder import RUNS
 from clew.verbs.extras import need
 from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, TIME, robots_option, seeds_option
-from clew.verbs.say import console, say
+from clew.verbs.say import console, say, warn
 from protocol.asked import terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -149,7 +149,7 @@ def campaign(
     )
     with terminable() as asked, _watching() as watch:
         try:
-            result = run(request, watch, source)
+            result = run(request, watch, source, warn)
         except ClusterLostError as error:
             raise click.ClickException(str(error)) from error
     if as_json:

@@ -1,5 +1,6 @@
 """`clew log diff`: finds the first difference of two runs."""
 
+import re
 from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
@@ -100,20 +101,29 @@ def _sentences(found: "Difference | None", *, same: bool, coloured: bool) -> Ite
     yield f"the first difference comes after {found.entry} equal entries: {what}"
     for each in found.before:
         yield f"  {_line(each, coloured=coloured)}"
+    only = _shown(found)
     for sign, colour, here, after in (
         ("-", "red", found.a, found.after_a),
         ("+", "green", found.b, found.after_b),
     ):
         for each in [] if here is None else [here, *after]:
             mark = click.style(sign, fg=colour) if coloured else sign
-            yield f"{mark} {_line(each, coloured=coloured)}"
+            yield f"{mark} {_line(each, coloured=coloured, only=only if each is here else None)}"
 
 
-def _line(line: Line, *, coloured: bool) -> str:
+def _shown(found: "Difference") -> frozenset[str] | None:
+    """The fields that differ, without what is inside them; None: all, of entries of two kinds."""
+    names = frozenset(re.split(r"[.\[]", name)[0] for name in found.fields)
+    return None if not names or "kind" in names else names
+
+
+def _line(line: Line, *, coloured: bool, only: frozenset[str] | None = None) -> str:
     from clew.log.line import fields_of, one_line
 
     source, entry = line
-    return one_line(source, entry, fields_of(entry.record, exact=True), coloured=coloured)
+    return one_line(
+        source, entry, fields_of(entry.record, exact=only is not None, only=only), coloured=coloured
+    )
 
 
 def _some(names: tuple[str, ...]) -> str:

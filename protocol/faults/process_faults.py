@@ -32,6 +32,7 @@ class ProcessAction(StrEnum):
     FREEZE = "freeze"
     THAW = "thaw"
     SLOW = "slow"
+    UNSLOW = "unslow"
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +43,7 @@ class ProcessFault:
     action: ProcessAction
     process: str
     delay_s: float = 0.0
-    """Of `slow`: the delay of each read of the inbox; 0: the fault has ended."""
+    """Of `slow`: the delay of each read of the inbox."""
     for_s: float | None = None
     """The time until another fault undoes it; None: unknown, or never."""
 
@@ -175,7 +176,7 @@ class ProcessFaults:
                 case Slow(delay_s=delay_s, for_s=for_s):
                     faults.append(ProcessFault(name, ProcessAction.SLOW, process, delay_s))
                     if for_s is not None:
-                        self._keep(now_s + for_s, ProcessFault(name, ProcessAction.SLOW, process))
+                        self._keep(now_s + for_s, ProcessFault(name, ProcessAction.UNSLOW, process))
         return faults
 
     def _keep(self, due_s: float, fault: ProcessFault) -> None:

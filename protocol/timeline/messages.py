@@ -18,7 +18,13 @@ class MessageRefused(Kind, frozen=True, kw_only=True, tag="message.refused"):
 class FaultInjected(Kind, frozen=True, kw_only=True, tag="fault.injected"):
     """A fault was injected into a message (recorded by its receiver) or a process."""
 
-    fault: Annotated[Text, Meta(description="`drop`, `delay`, ..., as in the plan; `start` ends a restart")]
+    fault: Annotated[
+        Text,
+        Meta(
+            description="`drop`, `delay`, ..., as in the plan; "
+            "`start` ends a restart, `thaw` a freeze, `unslow` a slow"
+        ),
+    ]
     rule: Annotated[Text, Meta(description="the name of the rule")]
     key: Annotated[Text | None, Meta(description="of the message, without the run's root")] = None
     number: Annotated[

@@ -201,6 +201,13 @@ def test_a_slow_process_sends_fewer_orders(tmp_path: Path) -> None:
     assert answers(Slow(target="r1", delay_s=0.5)) <= 3
 
 
+def test_the_end_of_a_slow_fault_has_its_own_word(tmp_path: Path) -> None:
+    rehearsal = rehearsed(tmp_path, Slow(target="r1", delay_s=0.5, from_s=0.5, for_s=1.0))
+    assert [action for _, action, _ in process_faults(rehearsal)] == ["slow", "unslow"]
+    drives = rehearsal.account.received["body/r1/drive"]
+    assert round(drives / rehearsal.world.over_s) >= 8, "it is fast again"
+
+
 @pytest.mark.parametrize("point", StepPoint)
 def test_a_robot_dies_exactly_at_the_point_that_the_plan_names(tmp_path: Path, point: StepPoint) -> None:
     robot = 2 if point is StepPoint.BEFORE_ACK else 1

@@ -144,6 +144,38 @@ def test_no_scene_exits_2(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "why"),
+    [
+        ("b.toml", 'name = "b"\n[fleets]\nrobots = 1\n', "did you mean 'fleet'"),
+        ("b.toml", 'name = "b\n', "is not TOML"),
+        ("b.json", '{"schema": "clew-scene/2"}', "schema"),
+        ("b.json", "{", "is not JSON"),
+    ],
+)
+def test_a_broken_scene_is_named_with_the_reason_and_the_others_are_played(
+    scenes: Path, name: str, text: str, why: str
+) -> None:
+    broken = scenes / "broken" / name
+    broken.parent.mkdir()
+    broken.write_text(text, encoding="utf-8")
+    said = campaign(scenes)
+    assert said.exit_code == 0
+    assert f"not played: {broken}: " in said.stderr
+    assert why in said.stderr
+    alone = clew("campaign", "--scenes", broken.parent)
+    assert alone.exit_code == 2
+    assert str(broken) in alone.stderr
+
+
+def test_files_that_are_no_scenes_are_not_reported(scenes: Path) -> None:
+    for name in ("one.faults.toml", "run.toml", "pyproject.toml"):
+        (scenes / name).write_text("[fleets]\n", encoding="utf-8")
+    (scenes / "other.toml").write_text("[project]\ntime = 1\n", encoding="utf-8")
+    (scenes / "list.json").write_text("[1]", encoding="utf-8")
+    assert "not played" not in campaign(scenes).stderr
+
+
 def test_a_tight_robot_just_fits_and_robots_without_room_behind_it_are_left_out(scenes: Path) -> None:
     said = campaign(scenes / "posts", "--tight", "0.9", "--robots", "2", "--json")
     (one,) = json.loads(said.stdout)["episodes"]

@@ -1,6 +1,7 @@
 """`clew log diff`: the first difference of two runs."""
 
 import json
+import re
 from pathlib import Path
 
 import msgspec
@@ -61,6 +62,9 @@ def test_a_rehearsal_with_another_seed_differs_in_its_seed_and_in_an_entry(
     assert first == "the runs were started differently: seed"
     assert "first difference" in second
     assert {line[0] for line in rest} == {" ", "-", "+"}
+    names = {re.split(r"[.\[]", name)[0] for name in re.split(", | and ", second.split(": ", 1)[1])}
+    differs = next(line for line in rest if line[0] == "-")
+    assert set(re.findall(r" (\w+)=", differs)) <= names, "only what differs is printed"
     found = json.loads(clew("log", "diff", one, other, "--json").stdout)
     logs = [(run / EVENTS_FILE).read_text(encoding="utf-8").splitlines()[1:] for run in (one, other)]
     number = found["difference"]["entry"]

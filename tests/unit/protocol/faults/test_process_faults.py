@@ -141,7 +141,7 @@ def test_a_restarted_process_has_a_role_only_after_its_new_start() -> None:
 def test_a_slow_process_returns_to_its_normal_speed() -> None:
     of = faults(Slow(target="r2", delay_s=0.4, for_s=5.0))
     assert of.due(0.0) == [ProcessFault("slow-1", ProcessAction.SLOW, "r2", 0.4)]
-    assert of.due(5.0) == [ProcessFault("slow-1", ProcessAction.SLOW, "r2", 0.0)]
+    assert of.due(5.0) == [ProcessFault("slow-1", ProcessAction.UNSLOW, "r2")]
 
 
 def test_a_rule_with_a_point_strikes_only_its_robot_at_the_nth_time() -> None:
@@ -186,7 +186,9 @@ def test_the_number_of_calls_does_not_change_the_faults(times_s: list[float]) ->
     of = faults(*rules)
     # A fault that is injected late has its full duration.
     seen = [each for at_s in [*sorted(times_s), 20.0, 30.0] for each in of.due(at_s)]
-    assert sorted(said(seen)) == sorted(["freeze r1", "thaw r1", "kill r2", "start r2", "slow r3", "slow r3"])
+    assert sorted(said(seen)) == sorted(
+        ["freeze r1", "thaw r1", "kill r2", "start r2", "slow r3", "unslow r3"]
+    )
     assert said(seen).index("freeze r1") < said(seen).index("thaw r1")
     assert said(seen).index("kill r2") < said(seen).index("start r2")
 

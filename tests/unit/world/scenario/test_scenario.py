@@ -1,5 +1,6 @@
 import json
 import re
+import sys
 from pathlib import Path
 
 import msgspec
@@ -92,7 +93,8 @@ def _load(tmp_path: Path, text: str, **overrides: object) -> Scenario:
         (
             "epsilon_m = 0.1",
             'epsilon_m = 0.1\nlaw = "best"',
-            "$.law.law: must be one of certified, printed, resultant, got 'best'",
+            "$.law.law: must be one of certified, printed, resultant, got 'best' "
+            f"(laws installed for {sys.executable})",
         ),
         (
             "radius_m = 0.2",
