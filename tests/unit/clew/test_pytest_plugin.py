@@ -116,6 +116,34 @@ def test_once(clew_rehearsal):
     assert 'fault = "slow"' in said
 
 
+def test_a_test_whose_fault_never_struck_fails_unless_it_says_that_this_may_be(tmp_path: Path) -> None:
+    test = """
+def test_late(clew_rehearsal):
+    clew_rehearsal.link(1, 2).drop(0.5)
+    clew_rehearsal.tail.kill(step=99)
+    assert clew_rehearsal.finish().ok
+
+@pytest.mark.clew(must_strike=False)
+def test_may_be_late(clew_rehearsal):
+    clew_rehearsal.tail.kill(step=99)
+    assert clew_rehearsal.finish().ok
+
+def test_is_left_early(clew_rehearsal):
+    clew_rehearsal.tail.kill(step=2)
+    clew_rehearsal.until("step.planned", step=1)
+"""
+    code, said = played(tmp_path, "pytestmark = pytest.mark.clew(robots=2)\n" + test)
+    assert code == 1, said
+    assert "2 failed, 1 passed" in said
+    assert (
+        "the test has passed, but kill-2 never struck; if that may be: @pytest.mark.clew(must_strike=False)"
+        in said
+    )
+    assert "but kill-1 never struck" in said
+    assert "faults: 1 of 2 that were given matter:" in said
+    assert "FAILED test_mine.py::test_may_be_late" not in said
+
+
 @pytest.mark.parametrize(
     ("marker", "complaint"),
     [
