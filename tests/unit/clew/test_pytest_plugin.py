@@ -1,6 +1,7 @@
 """The plugin, in sessions of pytest of their own: what tests get, and what they say when they fail."""
 
 import re
+import sys
 from pathlib import Path
 
 import pytest
@@ -75,7 +76,10 @@ def test_all_arrive(clew_rehearsal):
     assert "drop" not in section
     assert "run the test again:      pytest test_mine.py::test_all_arrive --clew-seed=5" in section
     [folder] = (tmp_path / "base").glob("*0/clew_rehearsal")
-    assert f"clew rehearse {folder}/scenario.toml --seed 5 --faults {folder}/shrunk.toml" in section
+    assert (
+        f"{sys.executable} -m clew.cli rehearse {folder}/scenario.toml --seed 5 --faults {folder}/shrunk.toml"
+        in section
+    )
     assert f"page:                    {folder}/report.html" in section
     assert {each.name for each in folder.parent.iterdir()} == {"clew_rehearsal"}  # trials leave nothing
     shrunk = (folder / "shrunk.toml").read_text(encoding="utf-8")
@@ -97,6 +101,19 @@ def test_waits_in_vain(clew_rehearsal):
     assert re.search(r"router.lost did not come: 0\.\d simulated s have passed", said)
     assert "faults: none were given" in said
     assert "def until" not in said  # the line of the test is shown, and not ours
+
+
+def test_of_a_fault_that_was_refused_the_footer_says_nothing(tmp_path: Path) -> None:
+    test = """
+@pytest.mark.clew(robots=1)
+def test_refused(clew_rehearsal):
+    clew_rehearsal.until("step.planned")
+    clew_rehearsal.tail.kill(at="after_plan")
+"""
+    code, said = played(tmp_path, test)
+    assert code == 1, said
+    assert "windows and points are for plans" in said
+    assert "faults:" not in said
 
 
 def test_a_test_that_fails_only_once_keeps_its_whole_plan(tmp_path: Path) -> None:
