@@ -3,6 +3,8 @@
 Rule 1: `clew_rehearsal` rehearses and `clew_fleet` launches real processes; `--clew-stage` decides for both.
 Rule 2: a fleet has its own folder and sockets, so tests may run in parallel.
 Rule 3: nothing of Clew is loaded before a test asks for a fleet.
+Rule 4: a test that ends well has failed all the same if a fault of its fleet never struck, since it has not
+        tested that fault. `must_strike=False` allows it.
 """
 
 import shlex
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
 
 STAGES = REHEARSAL, LIVE = ("rehearsal", "live")
 MARK = "clew"
-OPTIONS = ("scenario", "robots", "seeds", "faults", "speed", "law", "deployment")
+OPTIONS = ("scenario", "robots", "seeds", "faults", "speed", "law", "deployment", "must_strike")
 SPEED = "max"  # of live fleets: as fast as the robots answer
 _FLEETS = pytest.StashKey[dict[str, "Fleet"]]()
 
@@ -70,6 +72,15 @@ def clew_fleet(request: pytest.FixtureRequest, clew_seed: int, tmp_path: Path) -
 
 
 @pytest.hookimpl(wrapper=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Iterator[None]:
+    """Fail a test whose fault never struck (rule 4)."""
+    called: Any = yield
+    for fleet in pyfuncitem.stash.get(_FLEETS, {}).values():
+        _check_struck(pyfuncitem, fleet)
+    return called  # type: ignore[no-any-return] # as a hook wrapper passes it on
+
+
+@pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
     """Say what became of the fleets of a failed test."""
     report: Any = yield
@@ -91,6 +102,21 @@ def _fleet(request: pytest.FixtureRequest, stage: str, seed: int, folder: Path) 
     request.node.stash.setdefault(_FLEETS, {})[str(request.fixturename)] = fleet
     yield fleet
     fleet.close()
+
+
+def _check_struck(item: pytest.Item, fleet: "Fleet") -> None:
+    """Rule 4; stops a fleet that goes on, since its verdict says it."""
+    if not (fleet.has_begun and fleet.plan.rules and _asked(item).get("must_strike", True)):
+        return
+    fleet.close()
+    verdict = fleet.run.verdict
+    if verdict is not None and verdict.unstruck:
+        names = ", ".join(verdict.unstruck)
+        pytest.fail(
+            f"the test has passed, but {names} never struck; if that may be: "
+            "@pytest.mark.clew(must_strike=False)",
+            pytrace=False,
+        )
 
 
 def _made(
@@ -142,6 +168,7 @@ def _test(item: pytest.Item, name: str, fleet: "Fleet", error: BaseException) ->
         failed: BaseException | None = None
         try:
             function(**arguments | {name: again})
+            _check_struck(item, again)
         except (KeyboardInterrupt, SystemExit):
             raise
         except BaseException as raised:  # pytest's own failures are no exceptions

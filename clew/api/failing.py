@@ -8,6 +8,7 @@ Rule 2: so is a live test; if it does not fail in a rehearsal with all its fault
 
 import shlex
 import shutil
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import count
@@ -51,11 +52,20 @@ def told(test: Test, fleet: Fleet) -> Iterator[str]:
     yield f"what broke first: {_first(fleet, was_over=was_over)}"
     yield f"seed: {fleet.asked.seed}"
     plan, note = _least(test, fleet)
-    yield f"faults: {note}"
+    if note:
+        yield f"faults: {note}"
     if plan.rules:
         yield from (f"    {line}" for line in plan_text(plan).splitlines() if line)
     write_whole(folder / PLAN_FILE, plan_text(plan).encode())
-    rehearse = ["clew", "rehearse", str(folder / SCENARIO_FILE), "--seed", str(fleet.asked.seed)]
+    rehearse = [
+        sys.executable,
+        "-m",
+        "clew.cli",
+        "rehearse",
+        str(folder / SCENARIO_FILE),
+        "--seed",
+        str(fleet.asked.seed),
+    ]
     if plan.rules:
         rehearse += ["--faults", str(folder / PLAN_FILE)]
     yield f"run the test again:      {test.replay}"
@@ -79,6 +89,8 @@ def _least(test: Test, fleet: Fleet) -> tuple[Plan, str]:
     """The faults that matter, and what is known of them (rules 1 and 2)."""
     if fleet.given_count == 0:
         return fleet.plan, "none were given"
+    if not fleet.plan.rules:
+        return fleet.plan, ""  # all were refused
     trials, folders, plans = count(1), fleet.asked.folder.parent, {frozenset[int](): fleet.plan}
 
     def fails(kept: list[int]) -> bool:
@@ -100,6 +112,8 @@ def _least(test: Test, fleet: Fleet) -> tuple[Plan, str]:
     plan = plans[frozenset(everything) - frozenset(kept)]
     if not kept:
         return plan, f"it fails without any{rehearsed}"
+    if not plan.rules:
+        return plan, ""  # what matters was refused
     return plan, f"{len(kept)} of {len(everything)} that were given matter{rehearsed}:"
 
 

@@ -21,7 +21,7 @@ from clew.api import faults
 from clew.api.entries import Entry
 from clew.api.faults import When, Who
 from clew.api.run import Run
-from clew.log.timeline import Choice
+from clew.log.timeline import Choice, unknown_kinds
 from protocol.errors import ClewError, UsageError
 from protocol.faults.fit import check_fits
 from protocol.faults.plan import Plan
@@ -158,11 +158,14 @@ class Fleet(ABC):
             timeout_s: how long to wait [simulated s].
 
         Raises:
+            UsageError: there is no such kind.
             WaitFailedError: it did not come in time, or the run ended before.
         """
         __tracebackhide__ = True  # pytest then shows the line of the test, and not ours
-        self.begin()
         kinds = (kind,) if isinstance(kind, str) else kind
+        if (unknown := unknown_kinds(kinds)) is not None:
+            raise UsageError(unknown)
+        self.begin()
         choice, passed = Choice(kind=kinds, robot=robot, step=step), self._deadline(timeout_s)
         while True:
             lines = self.lines

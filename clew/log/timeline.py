@@ -1,15 +1,19 @@
 """The timeline of a run in memory, and a choice of its entries. `log.Log` reads entry by entry instead."""
 
 from dataclasses import dataclass
+from fnmatch import filter as filter_names
 from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import get_args
 
 from clew.log.log import Log
+from protocol.files.names import did_you_mean
 from protocol.keys import robot_name
 from protocol.timeline import Entry, Record, RunEnded
 from world.record.lines import Line
 from world.record.recorder import Header
 
+KINDS = tuple(each.__struct_config__.tag for each in get_args(Record))
 NAMING = ("robot", "other", "to", "neighbour", "blocked", "before", "named", "coordinator", "about", "by")
 """The fields that name a robot."""
 
@@ -68,6 +72,12 @@ def read(run: Path) -> Timeline:
     """
     log = Log(run)
     return Timeline(log.header, tuple(log.lines), log.flaws)
+
+
+def unknown_kinds(patterns: tuple[str, ...]) -> str | None:
+    """Say which of these patterns no kind matches, with similar names; None: each matches one."""
+    unknown = [pattern for pattern in patterns if not filter_names(KINDS, pattern)]
+    return "; ".join(f"there is no kind {each!r}{did_you_mean(each, KINDS)}" for each in unknown) or None
 
 
 def _matches(name: object, patterns: tuple[str, ...]) -> bool:

@@ -4,23 +4,19 @@ import os
 import sys
 from collections.abc import Callable
 from contextlib import aclosing
-from fnmatch import filter as filter_names
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import get_args
 
 import click
 import msgspec
 
 from clew.verbs.options import AS_JSON, COLOR, RUN
 from clew.verbs.say import warn
-from protocol.files.names import did_you_mean
 from protocol.plain import plain
-from protocol.timeline import Entry, Record
+from protocol.timeline import Entry
 from protocol.timeline.sentences import sentence
 
 Say = Callable[[str, Entry], None]
-KINDS = tuple(each.__struct_config__.tag for each in get_args(Record))
 AT_ONCE = 1000  # lines in one write, because each write is a system call
 
 
@@ -118,11 +114,10 @@ class _Printer:
 
 def _none_matches(patterns: tuple[str, ...]) -> str:
     """Say that no entry matches, and suggest similar names for an unknown kind."""
-    said = "no entry matches"
-    for pattern in patterns:
-        if not filter_names(KINDS, pattern):
-            said += f"; there is no kind {pattern!r}{did_you_mean(pattern, KINDS)}"
-    return said
+    from clew.log.timeline import unknown_kinds
+
+    unknown = unknown_kinds(patterns)
+    return "no entry matches" + ("" if unknown is None else f"; {unknown}")
 
 
 def _read(run: Path, say: Say) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 import click
 import msgspec
@@ -10,6 +10,9 @@ import msgspec
 from clew.log.journals.fate import Fate
 from clew.verbs.options import AS_JSON, RUN, Word
 from clew.verbs.say import say, warn
+from protocol.errors import UsageError
+from protocol.faults.rules import MessageKind
+from protocol.files.names import did_you_mean
 from protocol.keys import WORLD, robot_name
 
 if TYPE_CHECKING:
@@ -97,7 +100,12 @@ def messages(
     processes = processes_of(log.path.parent)
     name = None if robot is None else robot_name(robot)
     chosen = Chosen(link=link, robot=name, kind=kind, fate=fate, steps=steps, from_s=from_s, to_s=to_s)
-    found = chosen.of(messages_of(processes, lines), lines)
+    everything = list(messages_of(processes, lines))
+    known = {*get_args(MessageKind), *(message.kind for message in everything)}  # of lost ones, their keys
+    for each in kind:
+        if each not in known:
+            raise UsageError(f"there is no kind {each!r}{did_you_mean(each, sorted(known))}")
+    found = chosen.of(everything, lines)
     for message in found:
         say(msgspec.json.encode(message.as_dict()).decode() if as_json else line_of(message))
     for gap in gaps(log.path.parent, processes):

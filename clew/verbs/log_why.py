@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 def why(run: Path, entry: str, *, effects: bool, as_json: bool) -> None:
     """Show the way to an entry: which scan, which messages and which decisions led to it, newest last.
 
-    ENTRY is its source and number, as r3:17, or a line that `clew log cat` printed. The cause of a decision
+    ENTRY is its source and number, as r3:17, a line that `clew log cat` printed, or a kind that only one
+    entry has. The cause of a decision
     is found by replays: it is the newest input without which the robot's core would not have decided so.
     What mattered in a message is behind it in brackets.
 

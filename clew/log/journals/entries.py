@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from agents.commands import Note
 from clew.log.journals.process import Process
-from clew.log.timeline import kind_of
+from clew.log.timeline import KINDS, kind_of
 from protocol.errors import UsageError
 from protocol.plain import plain
 from protocol.timeline import Entry, RobotStarted
@@ -19,6 +19,7 @@ from protocol.timeline.sentences import sentence
 from world.record.lines import Line
 
 TIME_S = 1e-6  # a core's time may be older than that of its entry, but not newer
+NAMED_MAX = 8  # fits on a line of a terminal
 AS_PRINTED = re.compile(r"\s*(\d+\.\d{3})\s+(\S+)\s+(\S+\.\S+)\s*(.*)")
 
 
@@ -31,11 +32,14 @@ class Noted:
 
 
 def find_entry(lines: Sequence[Line], said: str) -> int:
-    """The index of an entry, given as `r3:17` (source and number) or as a line that `clew log cat` printed.
+    """The index of an entry: `r3:17` (source and number), a line of `clew log cat`, or a kind that one has.
 
     Raises:
         UsageError: there is none such, or more than one.
     """
+    if len(given := said.strip().splitlines()) != 1:
+        several = sorted({index for each in given for index in _printed(lines, each)})
+        raise UsageError(f"{len(given)} entries given; choose one{_named(lines, several)}")
     if (match := re.fullmatch(r"([^\s:]+):(\d{1,16})(?::([1-9]\d{0,3}))?", said, re.ASCII)) is not None:
         source, number, life = match[1], int(match[2]), match[3]
         found = [index for index, (by, entry) in enumerate(lines) if by == source and entry.n == number]
@@ -43,18 +47,38 @@ def find_entry(lines: Sequence[Line], said: str) -> int:
             found = found[int(life) - 1 : int(life)]
         how = f"; its processes count from 1 each: choose one as {said}:1"
     elif (match := AS_PRINTED.fullmatch(said)) is not None:
-        found = [
-            index
-            for index, (by, entry) in enumerate(lines)
-            if (f"{entry.t_s:.3f}", by, kind_of(entry.record)) == (match[1], match[2], match[3])
-            and match[4] in {"", plain(sentence(by, entry.record)).strip()}
-        ]
-        how = "; choose one by its number, as r3:17 (`clew log cat --json` prints it)"
+        found = _printed(lines, said)
+        how = f"; choose one by its number{_named(lines, found)}"
+    elif said in KINDS:
+        found = [index for index, (_, entry) in enumerate(lines) if kind_of(entry.record) == said]
+        how = f"; choose one{_named(lines, found)}"
     else:
-        raise UsageError(f"an entry is r3:17 (source and number), or a line of `clew log cat`; got {said!r}")
+        raise UsageError(
+            "an entry is r3:17 (source and number), a line of `clew log cat`, or a kind that one entry has; "
+            f"got {said}"
+        )
     if len(found) != 1:
-        raise UsageError(f"the log has {len(found)} entries {said!r}" + (how if found else ""))
+        raise UsageError(f"the log has {len(found)} entries {said}" + (how if found else ""))
     return found[0]
+
+
+def _printed(lines: Sequence[Line], said: str) -> list[int]:
+    """The entries that `clew log cat` prints as this line."""
+    match = AS_PRINTED.fullmatch(said)
+    return [
+        index
+        for index, (by, entry) in enumerate(lines)
+        if match is not None
+        and (f"{entry.t_s:.3f}", by, kind_of(entry.record)) == (match[1], match[2], match[3])
+        and match[4] in {"", plain(sentence(by, entry.record)).strip()}
+    ]
+
+
+def _named(lines: Sequence[Line], found: Sequence[int]) -> str:
+    """Source and number of entries to choose from, the first few."""
+    names = [f"{lines[index][0]}:{lines[index][1].n}" for index in found]
+    more = ", ..." if len(names) > NAMED_MAX else ""
+    return f": {', '.join(names[:NAMED_MAX])}{more}" if names else ""
 
 
 def noted(processes: Sequence[Process], lines: Sequence[Line], index: int) -> Noted | None:

@@ -1,6 +1,7 @@
 """The plugin, in sessions of pytest of their own: what tests get, and what they say when they fail."""
 
 import re
+import sys
 from pathlib import Path
 
 import pytest
@@ -75,7 +76,10 @@ def test_all_arrive(clew_rehearsal):
     assert "drop" not in section
     assert "run the test again:      pytest test_mine.py::test_all_arrive --clew-seed=5" in section
     [folder] = (tmp_path / "base").glob("*0/clew_rehearsal")
-    assert f"clew rehearse {folder}/scenario.toml --seed 5 --faults {folder}/shrunk.toml" in section
+    assert (
+        f"{sys.executable} -m clew.cli rehearse {folder}/scenario.toml --seed 5 --faults {folder}/shrunk.toml"
+        in section
+    )
     assert f"page:                    {folder}/report.html" in section
     assert {each.name for each in folder.parent.iterdir()} == {"clew_rehearsal"}  # trials leave nothing
     shrunk = (folder / "shrunk.toml").read_text(encoding="utf-8")
@@ -99,6 +103,19 @@ def test_waits_in_vain(clew_rehearsal):
     assert "def until" not in said  # the line of the test is shown, and not ours
 
 
+def test_of_a_fault_that_was_refused_the_footer_says_nothing(tmp_path: Path) -> None:
+    test = """
+@pytest.mark.clew(robots=1)
+def test_refused(clew_rehearsal):
+    clew_rehearsal.until("step.planned")
+    clew_rehearsal.tail.kill(at="after_plan")
+"""
+    code, said = played(tmp_path, test)
+    assert code == 1, said
+    assert "windows and points are for plans" in said
+    assert "faults:" not in said
+
+
 def test_a_test_that_fails_only_once_keeps_its_whole_plan(tmp_path: Path) -> None:
     test = """
 played = []
@@ -114,6 +131,34 @@ def test_once(clew_rehearsal):
     assert code == 1, said
     assert "does not fail in the same way when it is played again" in said
     assert 'fault = "slow"' in said
+
+
+def test_a_test_whose_fault_never_struck_fails_unless_it_says_that_this_may_be(tmp_path: Path) -> None:
+    test = """
+def test_late(clew_rehearsal):
+    clew_rehearsal.link(1, 2).drop(0.5)
+    clew_rehearsal.tail.kill(step=99)
+    assert clew_rehearsal.finish().ok
+
+@pytest.mark.clew(must_strike=False)
+def test_may_be_late(clew_rehearsal):
+    clew_rehearsal.tail.kill(step=99)
+    assert clew_rehearsal.finish().ok
+
+def test_is_left_early(clew_rehearsal):
+    clew_rehearsal.tail.kill(step=2)
+    clew_rehearsal.until("step.planned", step=1)
+"""
+    code, said = played(tmp_path, "pytestmark = pytest.mark.clew(robots=2)\n" + test)
+    assert code == 1, said
+    assert "2 failed, 1 passed" in said
+    assert (
+        "the test has passed, but kill-2 never struck; if that may be: @pytest.mark.clew(must_strike=False)"
+        in said
+    )
+    assert "but kill-1 never struck" in said
+    assert "faults: 1 of 2 that were given matter:" in said
+    assert "FAILED test_mine.py::test_may_be_late" not in said
 
 
 @pytest.mark.parametrize(

@@ -188,3 +188,12 @@ def test_a_wrong_stage_speed_or_scenario_is_refused(tmp_path: Path) -> None:
         rehearse(scenario(), robots=0)
     with pytest.raises(UsageError, match=r"speed: must be max or a number in \(0, 1000\], got fast"):
         launch("grove", speed="fast", out=tmp_path)  # type: ignore[arg-type] # as it may be given
+
+
+def test_a_wait_for_a_kind_that_does_not_exist_is_refused_at_once(tmp_path: Path) -> None:
+    with (
+        launch("grove", robots=1, out=tmp_path / "run", stage="rehearsal") as fleet,
+        pytest.raises(UsageError, match=r"no kind 'leader.suceeded'; did you mean 'leader.succeeded'"),
+    ):
+        fleet.until("leader.suceeded")
+    assert not fleet.has_begun

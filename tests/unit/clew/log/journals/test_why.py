@@ -19,6 +19,7 @@ from clew.log.journals.trials import NOTHING, Trials
 from clew.log.journals.why import Why
 from clew.log.timeline import kind_of, read
 from clew.verbs.log_why import line_of
+from protocol.errors import UsageError
 from protocol.network.session import INPUTS
 from protocol.timeline import AuthorityGranted, LinkSilent, OrderAccepted, Record, StepPlanned
 from protocol.wire.messages import AheadState
@@ -185,6 +186,9 @@ def test_an_entry_is_given_by_its_number_or_as_a_printed_line(run: Path, why: Wh
     line = clew("log", "cat", run, "--kind", "leader.succeeded").stdout.rstrip()
     assert find_entry(lines, f"r2:{entry.n}") == find_entry(lines, line) == index
     poses = clew("log", "cat", run, "--kind", "pose.sampled", "--from", "1", "--to", "1").stdout.splitlines()
+    assert find_entry(lines, "leader.succeeded") == index
+    with pytest.raises(UsageError, match=rf"^{len(poses)} entries given; choose one: world:\d+, world:\d+"):
+        find_entry(lines, "\n".join(poses))
     assert len({find_entry(lines, pose) for pose in poses}) == len(poses) > 1
     assert line_of(why.way(index)[-1]) == (
         f"{entry.t_s:9.3f}     r2 entry     leader.succeeded: r2 leads instead of r1"
@@ -195,7 +199,9 @@ def test_an_entry_is_given_by_its_number_or_as_a_printed_line(run: Path, why: Wh
     ("entry", "reason"),
     [
         ("r2", "an entry is r3:17"),
-        ("r2:99999", "the log has 0 entries 'r2:99999'"),
+        ("", "0 entries given; choose one"),
+        ("step.planned", "choose one: r1:"),
+        ("r2:99999", "the log has 0 entries r2:99999"),
         ("    3.301     r2 view.proposed", "the log has 0 entries"),
         ("    0.500  world pose.sampled", "choose one by its number"),
     ],
