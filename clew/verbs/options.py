@@ -109,6 +109,10 @@ VERSION = click.option(
     callback=_print_version,
     help="Show the version and exit.",
 )
+ONE_SEED = click.option("--seed", type=SEED, default=1, show_default=True, help="Decides every random draw.")
+OUT = click.option(
+    "--out", type=click.Path(path_type=Path), help="Folder of the run; default: a new one in runs/."
+)
 AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON, for programs.")
 LAW = click.option(
     "--law",

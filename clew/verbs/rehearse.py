@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from clew.fleet.folder import RUNS, folder_name, make_folder, make_latest
-from clew.verbs.options import AS_JSON, DEPLOYMENT, FAULTS, LAW, SCENARIO, SEED, TIME, robots_option
+from clew.verbs.options import AS_JSON, DEPLOYMENT, FAULTS, LAW, ONE_SEED, OUT, SCENARIO, TIME, robots_option
 from clew.verbs.say import warn
 from protocol.faults.plan import NO_FAULTS
 from protocol.faults.plan import load as load_plan
@@ -16,14 +16,12 @@ from protocol.faults.plan import load as load_plan
 @click.command()
 @SCENARIO
 @robots_option("Number of robots, instead of the scenario's.")
-@click.option("--seed", type=SEED, default=1, show_default=True, help="Decides every random draw.")
+@ONE_SEED
 @LAW
 @DEPLOYMENT
 @TIME
 @FAULTS
-@click.option(
-    "--out", type=click.Path(path_type=Path), help="Folder of the run; default: a new one in runs/."
-)
+@OUT
 @AS_JSON
 @click.pass_context
 def rehearse(

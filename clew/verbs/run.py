@@ -7,7 +7,6 @@ Rule 2: a request to end that arrives before the run begins is kept until then. 
 
 import re
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import click
@@ -18,8 +17,9 @@ from clew.verbs.options import (
     DEPLOYMENT,
     FAULTS,
     LAW,
+    ONE_SEED,
+    OUT,
     SCENARIO,
-    SEED,
     TIME,
     VERSION,
     robots_option,
@@ -65,7 +65,7 @@ def _endpoint(_ctx: click.Context, _param: click.Parameter, said: str | None) ->
 @click.command()
 @SCENARIO
 @robots_option("Number of robots, instead of the scenario's.")
-@click.option("--seed", type=SEED, default=1, show_default=True, help="Decides every random draw.")
+@ONE_SEED
 @LAW
 @DEPLOYMENT
 @TIME
@@ -77,9 +77,7 @@ def _endpoint(_ctx: click.Context, _param: click.Parameter, said: str | None) ->
     help="Times real time, or max: as fast as the robots answer.",
 )
 @FAULTS
-@click.option(
-    "--out", type=click.Path(path_type=Path), help="Folder of the run; default: a new one in runs/."
-)
+@OUT
 @click.option("--json", "as_json", is_flag=True, help="Print verdict.json and nothing else.")
 @click.option("--quiet", is_flag=True, help="Print nothing before the run has ended.")
 @click.option("--view", is_flag=True, help="Serve the run's live page on loopback during the run.")
