@@ -78,7 +78,8 @@ def finished(
     """Submit what waits, so many at once, and yield each future that is done; more may come to wait."""
     futures: dict[Future[T], Episode] = {}
     while waiting or futures:
-        while waiting and len(futures) < at_once():
+        most = at_once()
+        while waiting and len(futures) < most:
             episode = waiting.popleft()
             futures[submit(episode)] = episode
         done, _ = wait(futures, return_when=FIRST_COMPLETED)
