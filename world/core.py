@@ -67,7 +67,7 @@ ROUTER_PATIENCE_WALL_S = 10.0
 ROBOTS_PATIENCE_WALL_S = 10.0  # a cut between world and robots looks like the death of all robots
 RETURN_WALL_S = 1.0
 
-ASKED = {ExitCode.INTERRUPTED: Ending.INTERRUPTED, ExitCode.FAILED: Ending.LOST_PROCESS}  # else: told to
+ASKED = {ExitCode.INTERRUPTED: Ending.INTERRUPTED, ExitCode.FAILED: Ending.LOST_PROCESS}  # else: TERMINATED
 
 
 class World:
