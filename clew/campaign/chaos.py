@@ -22,9 +22,9 @@ from clew.swarm.swarm import Swarm
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.timeline import FaultInjected, RobotDied, RobotRestarted, RobotReturned
+from protocol.timeline.invariants import counted
 from world.judge.books import Messages
 from world.judge.ending import Ending
-from world.judge.rules.names import counted
 from world.judge.truth.voices import concerned
 from world.judge.verdict import Verdict
 from world.record.run_files import read_verdict

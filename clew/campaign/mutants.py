@@ -29,7 +29,7 @@ from clew.campaign.mutants_worker import WALL_S_MAX
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.root import ROOT
-from world.judge.rules.names import named
+from protocol.timeline.invariants import named
 
 TESTS_FAILED = 1  # pytest's exit code
 WORKER = "clew.campaign.mutants_worker"

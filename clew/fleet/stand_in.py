@@ -9,9 +9,9 @@ import contextlib
 from clew.fleet.output import has_content
 from clew.fleet.prepare import Prepared
 from protocol.exit_codes import ExitCode
+from protocol.timeline.invariants import INVARIANTS
 from world.judge.books import Messages
 from world.judge.monitor import Promises
-from world.judge.rules.names import INVARIANTS
 from world.judge.verdict import VERDICT_FILE, Events, Verdict
 from world.record.recorder import EVENTS_FILE, RecordingFailedError
 from world.record.run_files import BEGUN_FILE, save_verdict

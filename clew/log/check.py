@@ -11,9 +11,9 @@ from protocol.errors import UsageError
 from protocol.plain import plain
 from protocol.run_settings import SCENARIO_FILE
 from protocol.timeline import PromiseBroken
+from protocol.timeline.invariants import counted, named
 from world.judge.judgement import Breach, Judgement, judge, untrue_in
 from world.judge.monitor import Promises
-from world.judge.rules.names import counted, named
 from world.judge.verdict import finite
 from world.record.lines import Line
 from world.record.run_files import check_unchanged

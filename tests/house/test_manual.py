@@ -15,10 +15,10 @@ from clew.manual.parts import PARTS, SCHEMAS, Part, schema_line, with_part
 from protocol.faults.plan import Plan, load
 from protocol.faults.rules import Rule, StepPoint
 from protocol.timeline import Record
+from protocol.timeline.invariants import NAMES
 from tests.support.campaigns import clew
 from tests.support.docs import example, explained, page
 from tests.support.faults import SHIPPED
-from world.judge.rules.names import NAMES
 from world.judge.verdict import Verdict
 from world.scenario.scenario import load as load_scenario
 from world.scenario.scenario import schema

@@ -15,6 +15,7 @@ from msgspec import Struct
 from protocol.errors import sentence_of
 from protocol.keys import WORLD
 from protocol.timeline import Entry, FenceChanged, PromiseBroken
+from protocol.timeline.invariants import INVARIANTS
 from world.judge.monitor import Least
 from world.judge.rules.authority import Authority
 from world.judge.rules.claims import Claims
@@ -24,7 +25,6 @@ from world.judge.rules.fences import FenceOrder
 from world.judge.rules.formations import Formations
 from world.judge.rules.invariants import ARRIVAL, Counting, Epochs, Granting, Leading, Numbers
 from world.judge.rules.motion import Motion, Tolerance
-from world.judge.rules.names import INVARIANTS
 from world.judge.rules.rule import Dated, Rule
 from world.judge.truth.truth import Truth
 from world.scenario.scenario import Scenario

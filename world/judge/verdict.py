@@ -9,12 +9,12 @@ from msgspec.structs import replace as with_fields
 from protocol.errors import sentence_of
 from protocol.exit_codes import ExitCode
 from protocol.timeline import PromiseBroken
+from protocol.timeline.invariants import named
 from world.judge.books import Messages
 from world.judge.ending import Ending
 from world.judge.judgement import Judgement
 from world.judge.monitor import Promises
 from world.judge.recovery import Death, Heal, Recovery, Succession
-from world.judge.rules.names import named
 from world.judge.table import table_rms_m
 from world.judge.tally import Tally
 from world.scenario.scenario import Scenario

@@ -5,8 +5,8 @@ from pathlib import Path
 import msgspec
 
 from protocol.timeline import Entry, PoseSampled, Record, RunEnded
+from protocol.timeline.invariants import INVARIANTS
 from world.judge.books import Messages
-from world.judge.rules.names import INVARIANTS
 from world.judge.verdict import Events, Verdict
 from world.record.lines import Line
 from world.record.recorder import Header, Recorder, open_events

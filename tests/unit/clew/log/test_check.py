@@ -13,9 +13,9 @@ from protocol.faults.plan import load as load_plan
 from protocol.fence import NUMBERS
 from protocol.run_settings import SCENARIO_FILE
 from protocol.timeline import PoseSampled, PromiseBroken, Record
+from protocol.timeline.invariants import INVARIANTS
 from tests.support.logs.logs import AT_REST, numbered, recorded
 from tests.support.strands import driving, strand
-from world.judge.rules.names import INVARIANTS
 from world.record.recorder import EVENTS_FILE
 from world.scenario.scenario import load
 

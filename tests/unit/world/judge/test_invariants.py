@@ -12,9 +12,9 @@ from protocol.timeline import (
     ViewJoined,
     ViewLeft,
 )
+from protocol.timeline.invariants import INVARIANTS
 from tests.support.histories.fenced import EXACT, FIRST, SECOND, Said, broken, grant, plan, run
 from world.judge.judgement import Court
-from world.judge.rules.names import INVARIANTS
 
 NEVER = 30_001
 """An epoch that no fence of the run has."""

@@ -6,12 +6,12 @@ from msgspec.structs import replace
 from protocol.exit_codes import ExitCode
 from protocol.frames import Point
 from protocol.timeline import Entry, PoseSampled, PromiseBroken
+from protocol.timeline.invariants import INVARIANTS
 from tests.support.scenes.world_scenarios import scenario
 from tests.support.stages.world_stage import Stage
 from world.events import StopAsked
 from world.judge.judgement import judge
 from world.judge.monitor import Monitor
-from world.judge.rules.names import INVARIANTS
 
 places = st.builds(lambda x_m, y_m: Point(x_m=x_m, y_m=y_m), st.floats(-3, 5), st.floats(-2, 2))
 orders = st.lists(st.tuples(st.integers(1, 3), places, st.integers(0, 60)), max_size=8)
