@@ -70,7 +70,6 @@ def asked_of(
     Raises:
         UsageError: there is no such scenario, or the options do not fit it.
     """
-    name = scenario if isinstance(scenario, str) else scenario.name
     if isinstance(scenario, str):
         scenario = load(scenario, robots=robots, law=law, deployment=deployment, seed=seed)
     elif law is not None or deployment is not None:
@@ -78,9 +77,13 @@ def asked_of(
     elif robots is not None:
         raw = msgspec.to_builtins(scenario)
         raw["fleet"]["robots"] = robots
-        scenario = understand(raw, Scenario, name)
-    folder = RUNS / folder_name(datetime.now(UTC), name, secrets.token_hex(2)) if out is None else Path(out)
+        scenario = understand(raw, Scenario, scenario.name)
+    folder = Path(out) if out is not None else _new_folder(scenario)
     return Asked(scenario=scenario, seed=seed, folder=folder, rules=tuple(faults))
+
+
+def _new_folder(scenario: Scenario) -> Path:
+    return RUNS / folder_name(datetime.now(UTC), scenario.name, secrets.token_hex(2))
 
 
 class RehearsedFleet(Fleet):

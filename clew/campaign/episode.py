@@ -137,11 +137,6 @@ class Outcome(Struct, frozen=True, kw_only=True):
     replay: str
 
     @property
-    def reached(self) -> bool:
-        """Whether the whole fleet arrived."""
-        return self.robots_arrived == self.robots
-
-    @property
     def ended(self) -> bool:
         """Whether the run ended by itself."""
         return self.ending not in (CRASHED, OUT_OF_TIME)

@@ -17,6 +17,7 @@ from clew.rehearsal.rehearsal import Rehearsal
 from protocol.errors import UsageError
 from protocol.faults.plan import Plan
 from protocol.timeline import Entry, RobotFailed
+from protocol.timeline.invariants import named
 from world.judge.judgement import Breach, judge
 from world.judge.verdict import Verdict
 from world.scenario.scenario import Scenario
@@ -118,7 +119,7 @@ def _raising(exception: str) -> str:
 
 
 def _breaking(invariant: str) -> str:
-    return f"breaks {invariant}"
+    return f"breaks {named(invariant)}"
 
 
 def _masked(sentence: str) -> str:

@@ -1,4 +1,7 @@
-"""The figures of a campaign by family, and the printed table."""
+"""The figures of a campaign by family, and the printed table.
+
+Rule 1: every episode counts as exactly one of `ARRIVALS`, in the table as in the last line.
+"""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -12,15 +15,25 @@ from clew.percentiles import percentile
 from protocol.plain import plain
 
 ALL = "all"
-ARRIVALS = ("arrived", "had no way", "were not asked to", "failed")
+ARRIVALS = {
+    "arrived": "arrived",
+    "no_way": "had no way",
+    "not_asked": "were not asked to",
+    "failed": "failed",
+}
+"""What became of the fleets, by field of `Figures`."""
 
 
 class Figures(Struct, frozen=True, kw_only=True):
     """The figures of all episodes of a family; docs/campaign.md explains each field."""
 
     episodes: int
-    solvable: int
-    reached: int
+    arrived: int
+    no_way: int
+    not_asked: int
+    failed: int
+    solvable: int | None
+    """None: no scene says whether there is a way."""
     no_route: int
     surprises: int
     crashed: int
@@ -39,10 +52,12 @@ def figures_of(outcomes: Sequence[Outcome]) -> Figures:
     steps = [outcome.switching_steps for outcome in outcomes if outcome.ended]
     margins = [each.clearance_margin_m for each in outcomes if each.clearance_margin_m is not None]
     path_m = sum(outcome.path_m for outcome in outcomes)
+    known = [outcome.solvable for outcome in outcomes if outcome.solvable is not None]
+    arrivals = Counter(map(_arrival, outcomes))
     return Figures(
         episodes=len(outcomes),
-        solvable=sum(outcome.solvable is True for outcome in outcomes),
-        reached=sum(outcome.reached for outcome in outcomes),
+        **{field: arrivals[field] for field in ARRIVALS},
+        solvable=sum(known) if known else None,
         no_route=sum(outcome.no_route for outcome in outcomes),
         surprises=sum(outcome.surprise is not Surprise.NONE for outcome in outcomes),
         crashed=sum(outcome.ending == CRASHED for outcome in outcomes),
@@ -63,18 +78,18 @@ def in_words(outcomes: Sequence[Outcome]) -> str:
     runs = f"{len(outcomes)} {'run' if len(outcomes) == 1 else 'runs'}"
     promises = f"promises broken in {broken} of {runs}" if broken else f"no promise broken in {runs}"
     counts = Counter(map(_arrival, outcomes))
-    return f"{promises}; {', '.join(f'{counts[said]} {said}' for said in ARRIVALS if counts[said])}"
+    arrivals = (f"{counts[field]} {said}" for field, said in ARRIVALS.items() if counts[field])
+    return f"{promises}; {', '.join(arrivals)}"
 
 
 def _arrival(outcome: Outcome) -> str:
     """Which of `ARRIVALS` it is."""
-    arrived, no_way, not_asked, failed = ARRIVALS
-    if outcome.ok:
-        return arrived
     if outcome.surprise is not Surprise.NONE:
-        return failed
+        return "failed"
+    if outcome.ok:
+        return "arrived"
     # In a safety episode of a swarm faults last to the end; in the others dead bodies may bar the way.
-    return no_way if outcome.no_route else failed if outcome.mode is None else not_asked
+    return "no_way" if outcome.no_route else "failed" if outcome.mode is None else "not_asked"
 
 
 def by_family(outcomes: Iterable[Outcome]) -> dict[str, list[Outcome]]:
@@ -99,18 +114,20 @@ def table(families: Mapping[str, Figures], whole: Figures) -> Table:
 
 
 def _cells(figures: Figures) -> Iterator[tuple[str, str]]:
-    yield "episodes", str(figures.episodes)
-    yield "solvable", str(figures.solvable)
-    yield "reached", str(figures.reached)
-    yield "no route", str(figures.no_route)
+    yield "runs", str(figures.episodes)
+    yield "arrived", str(figures.arrived)
+    yield "no way", str(figures.no_way)
+    yield "not\nasked", str(figures.not_asked)
+    yield "failed", str(figures.failed)
+    yield "solvable", _formatted(figures.solvable, "d")
     yield "surprises", str(figures.surprises)
     yield "violations", str(figures.violations)
     yield "steps", _formatted(figures.switching_steps_median, "g")
     yield "max", _formatted(figures.switching_steps_max, "d")
-    yield "margin, mm", _formatted(_mm(figures.clearance_margin_m_min), "+.2f")
-    yield "events/m", _formatted(figures.events_per_m, ".3f")
+    yield "margin\nmm", _formatted(_mm(figures.clearance_margin_m_min), "+.2f")
+    yield "events\n/m", _formatted(figures.events_per_m, ".3f")
     yield "fewer", str(figures.fewer_robots)
-    yield "wall, s", f"{figures.wall_s:.0f}"
+    yield "wall\ns", f"{figures.wall_s:.0f}"
 
 
 def _formatted(value: float | None, form: str) -> str:

@@ -19,6 +19,7 @@ from protocol.files.opening import WRITTEN_BYTES_MAX, read_bytes
 from protocol.files.reading import decode
 from protocol.files.writing import make_folder, write_whole
 from protocol.run_settings import SETTINGS_FILE
+from world.scenario.reading import find
 from world.scenario.scenario import Scenario, load
 from world.scenario.scene import EPSILON_M_MAX, EPSILON_RADII, ROBOTS
 
@@ -105,8 +106,10 @@ def solvable(widest_path_radius_m: float | None, scenario: Scenario) -> bool | N
 
 
 def _below(root: Path, robots: int | None, broken: list[str]) -> Iterator[Scene]:
-    if not root.exists():
+    if not root.exists() and (root.suffix or len(root.parts) > 1):
         raise UsageError(f"{root}: no such folder or file")
+    if not root.exists():
+        root = find(str(root))
     paths = [root] if root.is_file() else sorted(root.rglob("*"))
     for path in paths:
         if path.suffix in SUFFIXES and path.is_file():

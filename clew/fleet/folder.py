@@ -14,12 +14,13 @@ from protocol.run_settings import SCENARIO_FILE, SETTINGS_FILE
 
 RUNS = Path("runs")
 LATEST = RUNS / "latest"
+NAME_MAX = 60  # letters of a scenario's name: a line of `clew ls` has room for them
 
 
 def folder_name(now: datetime, scenario: str, token: str) -> str:
-    """The name of the run's folder in `runs/`."""
-    stem = re.sub(r"[^A-Za-z0-9_]+", "-", Path(scenario).stem).strip("-") or "scenario"
-    return f"{now:%Y%m%dT%H%M%SZ}-{stem}-{token}"
+    """The name of the run's folder in `runs/`, with the scenario's name as a file name and a shell take it."""
+    name = re.sub(r"[^A-Za-z0-9_]+", "-", scenario)[:NAME_MAX].strip("-") or "scenario"
+    return f"{now:%Y%m%dT%H%M%SZ}-{name}-{token}"
 
 
 def make_folder(folder: Path) -> list[Path]:

@@ -132,7 +132,7 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
     plan = NO_FAULTS if request.faults is None else load_plan(request.faults)
     check_fits(plan, robots=robots)
     now, token = datetime.now(UTC), secrets.token_hex(2)
-    folder = request.out or RUNS / folder_name(now, request.scenario, token)
+    folder = request.out or RUNS / folder_name(now, scenario.name, token)
     write_sessions(
         private,
         fleet=FLEET,

@@ -7,7 +7,7 @@ Rule 2: a verdict says nothing better than true poses do. It may say worse, of w
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from clew.judge.poses import Finding, Least
+from clew.judge.poses import CLEARANCE, SEPARATION, Finding, Least
 
 APART_M = 1e-5  # an ellipse is a polygon here, and an iteration in the first judge
 
@@ -25,15 +25,22 @@ def disagreements(finding: Finding, verdict: Mapping[str, Any]) -> Iterator[str]
         said_m = verdict[name]
         if (least is None) != (said_m is None) or (least and abs(least.distance_m - said_m) > APART_M):
             yield f"{name} is {said_m}, by true poses {least}"
-    for promise, count in verdict["violations_by_invariant"].items():
-        broken = [each for each in finding.broken if each.startswith(f"{promise}: ")]
-        if broken and not count:
-            yield f"{promise} counts as kept, by true poses {broken[0]}"
-        if promise in {"S1", "S2"} and count and not broken:
-            yield f"{promise} counts as broken, by true poses it is not"
+    yield from _miscounted(finding, verdict["violations_by_invariant"])
     if verdict["ok"]:
         yield from (f"ok, by true poses {each}" for each in finding.missed)
     if verdict["goal_reached"] and not finding.reached:
         yield "goal_reached, by true poses nobody ever was at the goal"
     if verdict["robots_arrived"] > len(finding.chain):
         yield f"robots_arrived is {verdict['robots_arrived']}, by true poses {len(finding.chain)}"
+
+
+def _miscounted(finding: Finding, counts: Mapping[str, int]) -> Iterator[str]:
+    """In which promises they differ."""
+    for promise, count in counts.items():
+        broken = [each for each in finding.broken if each.startswith(f"{promise} ")]
+        if broken and not count:
+            named, _, how = broken[0].partition(": ")
+            yield f"{named} counts as kept, by true poses {how}"
+        for each in (CLEARANCE, SEPARATION):
+            if each.startswith(promise) and count and not broken:
+                yield f"{each} counts as broken, by true poses it is not"

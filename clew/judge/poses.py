@@ -21,6 +21,11 @@ from clew.judge.truth import Floats, Obstacle, Run, Scene
 
 Flags = NDArray[np.bool_]
 
+CLEARANCE, SEPARATION, ORDERS = (
+    "S1 (clearance)",
+    "S2 (separation)",
+    "S3 (orders)",
+)  # as docs/verdict.md has them
 ROUNDING_M = 1e-6  # of poses and of shapely; a hundredth of the least tolerance of any scenario of ours
 
 
@@ -54,7 +59,7 @@ class Finding:
     chain: tuple[int, ...]
     """Who stands in one chain from the goal on, nearest first; without a goal, the longest chain."""
     broken: tuple[str, ...]
-    """Broken promises, of clearance (S1) and separation (S2)."""
+    """Broken promises, each after its code and its name."""
     missed: tuple[str, ...]
     """What is lacking for an arrival."""
 
@@ -77,9 +82,9 @@ def judge(scene: Scene, run: Run) -> Finding:
         for mover in scene.movers
     )
     broken = [
-        *_is_broken("S1", clearance, scene.clearance_m),
-        *_is_broken("S1", moving, 0.0),
-        *_is_broken("S2", separation, scene.separation_m),
+        *_is_broken(CLEARANCE, clearance, scene.clearance_m),
+        *_is_broken(CLEARANCE, moving, 0.0),
+        *_is_broken(SEPARATION, separation, scene.separation_m),
         *_outside(scene, run),
         *_jumps(scene, run),
     ]
@@ -185,7 +190,7 @@ def _outside(scene: Scene, run: Run) -> Iterator[str]:
         inside_m = np.minimum(rows[:, 1:] - low, high - rows[:, 1:]).min(axis=1) - scene.radius_m
         if inside_m.min() < -ROUNDING_M:
             out_m, t_s = -inside_m.min(), rows[inside_m.argmin(), 0]
-            yield f"S1: robot {robot} is {out_m:.4f} m out of bounds at t={t_s:.2f} s"
+            yield f"{CLEARANCE}: robot {robot} is {out_m:.4f} m out of bounds at t={t_s:.2f} s"
 
 
 def _jumps(scene: Scene, run: Run) -> Iterator[str]:
@@ -193,7 +198,7 @@ def _jumps(scene: Scene, run: Run) -> Iterator[str]:
     for robot, rows in run.poses.items():
         legs_s, legs_m = np.diff(rows[:, 0]), np.hypot(*np.diff(rows[:, 1:], axis=0).T)
         for leg in np.flatnonzero(legs_m > scene.speed_mps_max * legs_s + ROUNDING_M)[:1].tolist():
-            yield f"S3: robot {robot} jumps {legs_m[leg]:.4f} m at t={rows[leg, 0]:.2f} s"
+            yield f"{ORDERS}: robot {robot} jumps {legs_m[leg]:.4f} m at t={rows[leg, 0]:.2f} s"
 
 
 def _chain(

@@ -41,6 +41,8 @@ class Subject(Struct, frozen=True, kw_only=True, omit_defaults=True):
     clearance_m_required: float | None = None
     """None: the scenario is of another version, so no distance is judged."""
     separation_m_required: float | None = None
+    invariants: dict[str, str] = {}
+    """Their names by code: the verdict has the codes alone."""
 
 
 class Track(Struct, frozen=True, kw_only=True):

@@ -43,6 +43,7 @@ from protocol.files.toml_text import toml_text
 from protocol.frames import Point
 from protocol.run_settings import SCENARIO_FILE
 from protocol.timeline import Entry, PoseSampled, StepPlanned
+from protocol.timeline.invariants import NAMES
 from world.geometry.clearance import distances
 from world.judge.monitor import Promises
 from world.record.recorder import Header
@@ -244,6 +245,7 @@ def _subject(header: Header, folder: str, scenario: Scenario | None) -> Subject:
         asked=dict(_asked(header)),
         clearance_m_required=None if promises is None else promises.clearance_m_required,
         separation_m_required=None if promises is None else promises.separation_m_required,
+        invariants=NAMES,
     )
 
 

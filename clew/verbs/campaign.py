@@ -33,7 +33,7 @@ REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
     "roots",
     multiple=True,
     type=click.Path(path_type=Path),
-    help="Folder or file with scenes; repeatable.",
+    help="Folder or file with scenes, or a scenario's name; repeatable.",
 )
 @click.argument("more", metavar="[SCENES]...", nargs=-1, type=click.Path(path_type=Path))
 @robots_option("Number of robots, instead of each scenario's; a scene has 5 by default.")
@@ -127,7 +127,7 @@ def campaign(
     from clew.campaign.campaign import CAMPAIGN_FILE, Request, cores, run
     from clew.campaign.executors.cluster import ClusterLostError
 
-    _check(bool(roots), faults, (robots, law, deployment, time_s_max, tight))
+    _check(bool(roots or more), faults, (robots, law, deployment, time_s_max, tight))
     _check_futures(faults, guided=guided, future=future)
     source = _source(executor, scheduler, jobs, guided=guided)
     request = Request(
@@ -169,7 +169,7 @@ def _check(has_scenes: bool, faults: str | None, of_scenes: tuple[object, ...]) 
 
     if faults != SWARM:
         if not has_scenes:
-            raise UsageError("--scenes: must be given, unless --faults is swarm")
+            raise UsageError("SCENES: must be given, a folder or a file, unless --faults is swarm")
         return
     if has_scenes or any(each is not None for each in of_scenes):
         raise UsageError(

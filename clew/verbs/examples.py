@@ -52,6 +52,7 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
     "figures": ["figures runs/latest", "figures runs/latest --format svg"],
     "schema": ["schema scenario", "schema faults"],
     "campaign": [
+        "campaign grove door --seeds 1-3",
         "campaign scenes/ --seeds 1-3",
         "campaign --faults swarm --seeds 1-100 --jobs 2 --out runs/swarm",
         "campaign --faults swarm --seeds 1-20000 --executor dask --scheduler tcp://127.0.0.1:8786",

@@ -33,7 +33,13 @@ RULE_NAMES = ("F1", "F2", "F3", "F4", "F5", "F6")
 @click.option(
     "--recovers", is_flag=True, help="After the faults all robots that live have to form a strand and drive."
 )
-@click.option("--without", "rule", type=Word(RULE_NAMES), help="Remove this rule from a copy of the source.")
+@click.option(
+    "--without",
+    "rule",
+    type=Word(RULE_NAMES),
+    help="Remove this rule from a copy of the source: F1 obedience, F2 in force, F3 one mover, "
+    "F4 one formation, F5 authority, F6 sight.",
+)
 @click.option(
     "--seconds",
     type=click.FloatRange(0.0, min_open=True),
@@ -94,10 +100,11 @@ def explore_verb(
 
 def _sentence(each: "Round") -> str:
     from clew.explore.search import Ended
+    from protocol.timeline.invariants import named
 
     explored = each.explored
     if explored.broken is not None:
-        return f"{explored.broken.promise} breaks with {explored.faults} faults: {explored.broken.why}"
+        return f"{named(explored.broken.promise)} breaks with {explored.faults} {'fault' if explored.faults == 1 else 'faults'}: {explored.broken.why}"
     covered = "all" if explored.ended is Ended.COMPLETE else "not all, since time was up, of the"
     sentence = (
         f"{covered} schedules with {explored.faults} faults at most: {explored.states:,} states, no breach"

@@ -52,7 +52,7 @@ def rehearse(
     loaded = load(scenario, robots=robots, law=law, deployment=deployment, time_s_max=time_s_max, seed=seed)
     plan = NO_FAULTS if faults is None else load_plan(faults)
     check_rehearsable(plan, loaded.mission())
-    folder = out or RUNS / folder_name(datetime.now(UTC), scenario, secrets.token_hex(2))
+    folder = out or RUNS / folder_name(datetime.now(UTC), loaded.name, secrets.token_hex(2))
     make_folder(folder)
     if out is None:
         make_latest(folder)

@@ -22,6 +22,7 @@ from protocol.timeline import (
     StrandFormed,
     TrafficCounted,
 )
+from protocol.timeline.invariants import named
 
 
 def sentence(source: str, record: Record) -> str:
@@ -122,7 +123,9 @@ SENTENCES: dict[str, str | Callable[[str, Any], str]] = {
     "order.finished": "the body of r{it.robot} finishes order {it.number}",
     "order.refused": "the body of r{it.robot} refuses order {it.number}: {it.reason}",
     "pose.sampled": "r{it.robot} is at ({it.x_m:.3f}, {it.y_m:.3f}), heading {it.heading_rad:.3f} rad",
-    "promise.broken": "{it.invariant} broken by r{it.robot}: {it.why}",
+    "promise.broken": lambda _, broken: (
+        f"{named(broken.invariant)} broken by {robot_name(broken.robot)}: {broken.why}"
+    ),
     "robot.appeared": "r{it.robot} has appeared",
     "robot.arrived": "{by} has arrived, at {it.progress_m:.3f} m of the path",
     "robot.blocked": "{by} is blocked: {it.reason}",

@@ -28,7 +28,7 @@ BROKEN = {
         "t": [2140],
         "source": ["world"],
         "robot": [2],
-        "says": ["S1 broken by r2: nearer to an obstacle than promised"],
+        "says": ["S1 (clearance) broken by r2: nearer to an obstacle than promised"],
     }
 }
 
@@ -305,7 +305,12 @@ def test_the_head_says_why_a_run_failed_and_leads_to_the_moment(shown: Sight) ->
     """This test comes last because it changes the page."""
     page = shown.page
     for reason, link, t_s, robot in (
-        ("S1 broken by robot 2 at t=2.1 s: nearer to an obstacle than promised", "t=2.1 s", 2.14, 2),
+        (
+            "S1 (clearance) broken by robot 2 at t=2.1 s: nearer to an obstacle than promised",
+            "t=2.1 s",
+            2.14,
+            2,
+        ),
         ("robot 1 died at t=3.0 s (known at t=3.9 s), and nobody had asked for it", "t=3.9 s", DEATH_S, 1),
         ("4 of 5 living robots arrived", "t=27.7 s", None, 0),
     ):

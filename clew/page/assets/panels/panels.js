@@ -116,7 +116,7 @@ function figuresOf(run) {
     `${lost} removed by faults, ${verdict.messages?.unaccounted ?? "–"} unaccounted`,
   ]);
   if (verdict.violations)
-    figures.push(["Broken promises", String(verdict.violations), broken(verdict.violations_by_invariant)]);
+    figures.push(["Broken promises", String(verdict.violations), broken(verdict.violations_by_invariant, run.subject?.invariants)]);
   if (verdict.deaths?.length)
     figures.push([
       "Deaths",
@@ -133,11 +133,11 @@ function counted(count, noun) {
   return `${count} ${noun}${count === 1 ? "" : "s"}`;
 }
 
-/** @param {Record<string, number>} counts */
-function broken(counts) {
+/** @param {Record<string, number>} counts @param {Record<string, string> | undefined} names */
+function broken(counts, names) {
   return Object.entries(counts ?? {})
     .filter(([, count]) => count)
-    .map(([name, count]) => `${name} ${count}×`)
+    .map(([code, count]) => `${code}${names?.[code] ? ` (${names[code]})` : ""} ${count}×`)
     .join(", ");
 }
 

@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 from clew.campaign.episode import Episode, Surprise, surprise_of
 from clew.campaign.executors.pool import outcomes_of
 from clew.campaign.families import by_family, figures_of
-from clew.campaign.scenes import tight_radius_m
+from clew.campaign.scenes import find_scenes, tight_radius_m
 from protocol.asked import EXIT_CODES
 from protocol.root import ROOT
 from tests.support.campaigns import clew, closed, outcome, refused, scene
@@ -60,12 +60,22 @@ def test_a_campaign_without_surprises_exits_0_and_prints_a_row_for_each_family(s
     rows = {line.split("│")[1].strip(): line for line in said.stdout.splitlines() if line.startswith("│")}
     assert list(rows) == ["posts", "walls", "all"]
     families = told(scenes)["families"]
-    facts = ("episodes", "solvable", "reached", "no_route", "surprises", "violations")
-    assert [families["posts"][fact] for fact in facts] == [2, 2, 2, 0, 0, 0]
-    assert [families["walls"][fact] for fact in facts] == [2, 0, 0, 2, 0, 0]
+    facts = ("episodes", "arrived", "no_way", "not_asked", "failed", "solvable", "no_route", "surprises")
+    assert [families["posts"][fact] for fact in facts] == [2, 2, 0, 0, 0, 2, 0, 0]
+    assert [families["walls"][fact] for fact in facts] == [2, 0, 2, 0, 0, 0, 2, 0]
     assert said.stdout.splitlines()[-1].startswith(
         "OK: no promise broken in 4 runs; 2 arrived, 2 had no way. Campaign: "
     )
+
+
+def test_scenes_are_folders_files_or_names_without_an_option(tmp_path: Path) -> None:
+    post = scene(tmp_path / "post.json")
+    said = clew("campaign", str(post), "--jobs", "1", "--out", str(tmp_path / "out"))
+    assert said.exit_code == 0, said.stderr
+    assert [found.path.name for found in find_scenes([Path("door")], None, print)] == ["door.toml"]
+    mistyped = clew("campaign", "dor", "--out", str(tmp_path / "none"))
+    assert (mistyped.exit_code, mistyped.stderr.count("\n")) == (2, 1)
+    assert "did you mean 'door'?" in mistyped.stderr
 
 
 def test_json_prints_the_campaign_and_nothing_else(scenes: Path) -> None:
@@ -266,7 +276,7 @@ def test_family_figures_count_ended_runs_and_rates_use_all_metres_together() -> 
         outcome(family="g", switching_steps=100),
     ]
     figures = figures_of(by_family(outcomes)["f"])
-    assert (figures.episodes, figures.reached, figures.surprises, figures.crashed) == (4, 1, 2, 1)
+    assert (figures.episodes, figures.arrived, figures.surprises, figures.crashed) == (4, 2, 2, 1)
     assert figures.stopped == 1
     assert (figures.switching_steps_median, figures.switching_steps_max) == (2, 6)
     assert (figures.events_per_m, figures.clearance_margin_m_min) == (2.0, 0.1)

@@ -2,7 +2,7 @@ import pytest
 
 from clew.campaign.classes import ALL, by_class
 from clew.campaign.episode import Surprise
-from clew.campaign.families import in_words
+from clew.campaign.families import ARRIVALS, figures_of, in_words, table
 from clew.swarm.swarm import Mode
 from tests.support.campaigns import outcome
 
@@ -25,3 +25,19 @@ def test_a_campaign_says_in_words_which_runs_arrived_and_which_were_not_asked_to
     lost = outcome(ok=False, no_route=True)
     assert in_words([broken, lost]) == "promises broken in 1 of 2 runs; 1 had no way, 1 failed"
     assert in_words([outcome()]) == "no promise broken in 1 run; 1 arrived"
+
+
+def test_the_table_and_the_last_line_count_each_fleet_once_and_alike() -> None:
+    killed = outcome(
+        robots_arrived=3, mode=Mode.SAFETY
+    )  # two of five robots are dead, and the others have arrived
+    unasked = outcome(ok=False, mode=Mode.SAFETY)
+    figures = figures_of([killed, killed, unasked])
+    assert [getattr(figures, field) for field in ARRIVALS] == [2, 0, 1, 0]
+    assert in_words([killed, killed, unasked]).endswith("; 2 arrived, 1 were not asked to")
+    assert figures.solvable is None
+    cells = {str(column.header): next(iter(column.cells)) for column in table({}, figures).columns}
+    assert [cells[title] for title in ("arrived", "no way", "not\nasked", "failed", "solvable")] == [
+        *"2010",
+        "-",
+    ]

@@ -175,8 +175,21 @@ def test_folder_with_written_files_stays(private: Path, somewhere_else: Path) ->
 
 def test_names_sort_by_time_and_fit_into_a_key() -> None:
     assert run_name(NOON, "0a1b") == "20261120T120000Z-0a1b"
-    assert folder_name(NOON, "scenes/barn 003.json", "0a1b") == "20261120T120000Z-barn-003-0a1b"
+    assert folder_name(NOON, "barn 003", "0a1b") == "20261120T120000Z-barn-003-0a1b"
+    assert folder_name(NOON, "../../etc: a $(door)", "0a1b") == "20261120T120000Z-etc-a-door-0a1b"
     assert folder_name(NOON, "/", "0a1b") == "20261120T120000Z-scenario-0a1b"
+    assert folder_name(NOON, "x" * 200, "0a1b") == f"20261120T120000Z-{'x' * 60}-0a1b"
+
+
+def test_a_run_is_named_after_its_scenario_and_not_after_the_file(
+    private: Path, somewhere_else: Path
+) -> None:
+    text = (SCENARIOS / "grove.toml").read_text(encoding="utf-8")
+    (somewhere_else / "draft-2.toml").write_text(
+        text.replace('name = "grove"', 'name = "North yard"'), encoding="utf-8"
+    )
+    run = made(private, "draft-2.toml")
+    assert re.fullmatch(r"\d{8}T\d{6}Z-North-yard-[0-9a-f]{4}", run.folder.name)
 
 
 @pytest.mark.parametrize(

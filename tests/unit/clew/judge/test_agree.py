@@ -48,7 +48,9 @@ def test_another_figure_is_named(field: str, value: object) -> None:
 
 def test_a_breach_that_the_verdict_does_not_count_is_named() -> None:
     law = {"law": "certified", "epsilon_m": 0.13, "mu0_m": 0.02}
-    assert differs({}, law=law)[0].startswith("S1 counts as kept, by true poses S1: robot 1 and obstacle 1")
+    assert differs({}, law=law)[0].startswith(
+        "S1 (clearance) counts as kept, by true poses robot 1 and obstacle 1"
+    )
     assert differs({"violations_by_invariant": {"S1": 3}}, law=law) == []
 
 

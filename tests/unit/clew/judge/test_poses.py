@@ -34,7 +34,7 @@ def test_an_obstacle_that_is_driven_through_is_a_contact() -> None:
     finding = found(poses(1, (0.0, 1.9, 0.4), (1.0, 2.0, 0.5)), scenario(obstacle=[BLOCK]))
     assert finding.clearance is not None
     assert finding.clearance.distance_m == pytest.approx(-0.1)
-    assert finding.broken[0].startswith("S1: robot 1 and obstacle 1")
+    assert finding.broken[0].startswith("S1 (clearance): robot 1 and obstacle 1")
 
 
 def test_two_hulls_that_pass_each_other_between_samples_are_compared_at_the_same_moment() -> None:
@@ -52,7 +52,7 @@ def test_two_hulls_that_pass_each_other_between_samples_are_compared_at_the_same
 
 def test_hulls_that_come_nearer_than_the_separation_less_mu0_break_s2() -> None:
     near = [*poses(1, (0.0, 4.0, 0.0)), *poses(2, (0.0, 4.229, 0.0))]
-    assert found(near).broken == ("S2: robots 1 and 2: 0.0290 m at t=0.00 s, required 0.0300 m",)
+    assert found(near).broken == ("S2 (separation): robots 1 and 2: 0.0290 m at t=0.00 s, required 0.0300 m",)
     assert not found([*poses(1, (0.0, 4.0, 0.0)), *poses(2, (0.0, 4.231, 0.0))]).broken
 
 
@@ -64,7 +64,7 @@ def test_a_hull_that_drives_touches_no_moving_obstacle() -> None:
     assert finding.moving_clearance is not None
     assert finding.moving_clearance.distance_m == pytest.approx(-0.1)
     assert finding.moving_clearance.what == "robot 1 and moving obstacle cart"
-    assert any(each.startswith("S1: robot 1 and moving obstacle cart") for each in finding.broken)
+    assert any(each.startswith("S1 (clearance): robot 1 and moving obstacle cart") for each in finding.broken)
 
 
 def test_a_hull_that_stands_may_be_touched() -> None:
@@ -95,7 +95,11 @@ def test_hulls_stay_inside_the_bounds(x_m: float, out: bool) -> None:
 
 def test_a_body_that_is_elsewhere_sooner_than_it_can_be_is_found() -> None:
     assert not found(THROUGH).broken
-    assert found(poses(1, (0.0, 0.0, 0.0), (4.0, 4.1, 0.0))).broken[0].startswith("S3: robot 1 jumps 4.1")
+    assert (
+        found(poses(1, (0.0, 0.0, 0.0), (4.0, 4.1, 0.0)))
+        .broken[0]
+        .startswith("S3 (orders): robot 1 jumps 4.1")
+    )
 
 
 KEEP_M = 0.27  # 2 r + separation + mu0

@@ -49,7 +49,7 @@ def test_another_scene_is_judged_instead_of_that_in_the_header(tmp_path: Path, r
     path.write_text(json.dumps(SCENE))
     said = clew("judge", run, path)
     assert said.exit_code == 1
-    assert "S1: robot 1 and obstacle 1: 0.0200 m at t=2.00 s, required 0.0450 m" in said.stdout
+    assert "S1 (clearance): robot 1 and obstacle 1: 0.0200 m at t=2.00 s, required 0.0450 m" in said.stdout
     assert said.stdout.endswith("FAILED: promises broken, arrived; there is no verdict\n")
 
 
