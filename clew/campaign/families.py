@@ -84,10 +84,10 @@ def in_words(outcomes: Sequence[Outcome]) -> str:
 
 def _arrival(outcome: Outcome) -> str:
     """Which of `ARRIVALS` it is."""
-    if outcome.surprise is not Surprise.NONE:
-        return "failed"
     if outcome.ok:
         return "arrived"
+    if outcome.surprise is not Surprise.NONE:
+        return "failed"
     # In a safety episode of a swarm faults last to the end; in the others dead bodies may bar the way.
     return "no_way" if outcome.no_route else "failed" if outcome.mode is None else "not_asked"
 

@@ -104,7 +104,8 @@ def _sentence(each: "Round") -> str:
 
     explored = each.explored
     if explored.broken is not None:
-        return f"{named(explored.broken.promise)} breaks with {explored.faults} {'fault' if explored.faults == 1 else 'faults'}: {explored.broken.why}"
+        faults = "1 fault" if explored.faults == 1 else f"{explored.faults} faults"
+        return f"{named(explored.broken.promise)} breaks with {faults}: {explored.broken.why}"
     covered = "all" if explored.ended is Ended.COMPLETE else "not all, since time was up, of the"
     sentence = (
         f"{covered} schedules with {explored.faults} faults at most: {explored.states:,} states, no breach"
