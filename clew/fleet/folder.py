@@ -18,7 +18,7 @@ NAME_MAX = 60  # letters of a scenario's name: a line of `clew ls` has room for 
 
 
 def folder_name(now: datetime, scenario: str, token: str) -> str:
-    """The name of the run's folder in `runs/`, with the scenario's name as a file name and a shell take it."""
+    """The name of the run's folder in `runs/`, with the scenario's name, as a shell takes it."""
     name = re.sub(r"[^A-Za-z0-9_]+", "-", scenario)[:NAME_MAX].strip("-") or "scenario"
     return f"{now:%Y%m%dT%H%M%SZ}-{name}-{token}"
 
