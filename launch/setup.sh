@@ -61,12 +61,34 @@ clew_find_python() {
     clew_refuse "Python 3.11 or newer is needed; python3 is $(python3 -V 2>/dev/null || echo 'not there')"
 }
 
+# clew_tell COUNT: says from pip's own lines, on stdin, how far it has come with so many packages.
+clew_tell() {
+    local line count=$1 fetched=0
+    while IFS= read -r line; do
+        case $line in
+            "Collecting "* | "Processing "* | "Requirement already satisfied: "*)
+                ((++fetched % 10)) || clew_say "$fetched of $count packages fetched"
+                ;;
+            "Installing collected packages: "*) clew_say "all $count packages fetched; unpacking them" ;;
+        esac
+    done
+}
+
+# clew_pip COUNT ARGS: errors of pip are seen, since they go to stderr.
+clew_pip() {
+    local count=$1
+    "$python" -m pip install --disable-pip-version-check --progress-bar off "${@:2}" | clew_tell "$count"
+    return "${PIPESTATUS[0]}"
+}
+
 # The pins that are needed come first, by hash; then we ourselves, for which nothing is downloaded any more.
 clew_install() {
-    local extra=$1 base=$2 pins=$clew_venv/requirements.txt
+    local extra=$1 base=$2 pins=$clew_venv/requirements.txt count
     local pinned=(--require-hashes --requirement "$pins") ours=(--no-deps --no-build-isolation --editable "$clew_root")
     [[ $extra != run ]] || extra=
     "$base" -IS "$clew_root/launch/locked.py" ${extra:+"$extra"} >"$pins" || return
+    count=$(sed -n 's/^\([a-z0-9-]*\)==.*/\1/p' "$pins" | sort -u | wc -l) # of some, two versions are pinned
+    clew_say "installing $count packages"
     if command -v uv >/dev/null; then
         [[ -w ${HOME-} ]] || local -x UV_CACHE_DIR=${UV_CACHE_DIR-$clew_venv/cache} # without a home, uv ends
         uv venv --quiet --no-project --allow-existing --python "$base" "$clew_venv" &&
@@ -74,8 +96,8 @@ clew_install() {
             uv pip install --quiet --python "$python" "${ours[@]}"
     else
         "$base" -m venv "$clew_venv" &&
-            "$python" -m pip install --quiet --disable-pip-version-check "${pinned[@]}" &&
-            "$python" -m pip install --quiet --disable-pip-version-check "${ours[@]}"
+            clew_pip "$count" "${pinned[@]}" &&
+            clew_pip 1 --quiet "${ours[@]}"
     fi
 }
 
@@ -104,10 +126,12 @@ clew_make() {
     clew_is_ready "$extra" && return
     base=$(clew_find_python) || exit
     clew_claim "$extra"
+    SECONDS=0
     clew_say "setting up $clew_venv with $("$base" -V) (once; a minute or two)"
     clew_install "$made_for" "$base" >&2 || clew_refuse "setting up $clew_venv failed, see above; nothing of it will be used"
     printf '%s\n' "$made_for" "$(clew_stamp)" >"$clew_stamp_file.new"
     mv "$clew_stamp_file.new" "$clew_stamp_file"
+    clew_say "$clew_venv is ready, after $SECONDS s"
 }
 
 # set_up run|tools|dev: returns with an environment that holds what a run needs, what figures and exports need

@@ -1,6 +1,7 @@
 """The set-up: which needs an environment meets, where it is made, and that others are left alone."""
 
 import os
+import re
 import shlex
 import shutil
 import subprocess
@@ -120,3 +121,26 @@ def test_an_environment_that_cannot_be_made_is_refused_in_one_line(checkout: Pat
     said = bash(f"{INSTALL}; set_up run", checkout, CLEW_VENV=str(place))
     assert (said.returncode, said.stdout) == (2, "")
     assert said.stderr == f"clew: {place} cannot be made: CLEW_VENV names another place for it\n"
+
+
+def test_a_set_up_says_how_far_it_has_come(checkout: Path) -> None:
+    """In place of pip there is a script that prints what pip prints."""
+    pip = (
+        "echo Looking in indexes: x; for i in {1..12}; do echo Collecting it; echo '  Downloading it'; done; "
+        "for i in {1..9}; do echo Processing /x/it.whl; done; echo Installing collected packages: a, b"
+    )
+    fake = f"""python() {{ {pip}; return $FAILS; }}; python=python; clew_pip 21 --requirement x"""
+    said = bash(fake, checkout, FAILS="0")
+    assert (said.returncode, said.stdout) == (0, "")
+    assert said.stderr.splitlines() == [
+        "clew: 10 of 21 packages fetched",
+        "clew: 20 of 21 packages fetched",
+        "clew: all 21 packages fetched; unpacking them",
+    ]
+    assert bash(fake, checkout, FAILS="3").returncode == 3
+
+
+def test_a_set_up_says_when_it_begins_and_when_it_is_ready(checkout: Path) -> None:
+    lines = bash(f"{INSTALL}; set_up run", checkout).stderr.splitlines()
+    assert re.fullmatch(r"clew: setting up .* with Python \S+ \(once; a minute or two\)", lines[0])
+    assert re.fullmatch(r"clew: .*/\.venv is ready, after \d+ s", lines[-1])
