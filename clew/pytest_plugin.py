@@ -5,10 +5,11 @@ Rule 2: a fleet has its own folder and sockets, so tests may run in parallel.
 Rule 3: nothing of Clew is loaded before a test asks for a fleet.
 Rule 4: a test that ends well has failed all the same if a fault of its fleet never struck, since it has not
         tested that fault. `must_strike=False` allows it.
+Rule 5: what cannot be done as a test asks is said in one line, at the line of the test that asks for it.
 """
 
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 STAGES = REHEARSAL, LIVE = ("rehearsal", "live")
 MARK = "clew"
 OPTIONS = ("scenario", "robots", "seeds", "faults", "speed", "law", "deployment", "must_strike")
+OURS = Path(__file__).parent
 SPEED = "max"  # of live fleets: as fast as the robots answer
 _FLEETS = pytest.StashKey[dict[str, "Fleet"]]()
 
@@ -48,6 +50,10 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     asked = _asked(metafunc.definition)
     if "clew_seed" in metafunc.fixturenames and "seeds" in asked:
         only = metafunc.config.getoption("--clew-seed")
+        if not isinstance(asked["seeds"], Iterable):
+            raise _refusal(
+                metafunc.definition.nodeid, f"seeds must be a list or a range, got {asked['seeds']!r}"
+            )
         seeds: Sequence[int] = list(asked["seeds"]) if only is None else [only]
         metafunc.parametrize("clew_seed", seeds, ids=[f"seed={seed}" for seed in seeds])
 
@@ -73,8 +79,13 @@ def clew_fleet(request: pytest.FixtureRequest, clew_seed: int, tmp_path: Path) -
 
 @pytest.hookimpl(wrapper=True)
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Iterator[None]:
-    """Fail a test whose fault never struck (rule 4)."""
-    called: Any = yield
+    """Fail a test whose fault never struck (rule 4); of an error of its own, show its own lines (rule 5)."""
+    try:
+        called: Any = yield
+    except Exception as error:
+        if pyfuncitem.stash.get(_FLEETS, {}) and isinstance(error, _expected()):
+            raise _without_ours(error) from None
+        raise
     for fleet in pyfuncitem.stash.get(_FLEETS, {}).values():
         _check_struck(pyfuncitem, fleet)
     return called  # type: ignore[no-any-return] # as a hook wrapper passes it on
@@ -98,10 +109,35 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
 
 
 def _fleet(request: pytest.FixtureRequest, stage: str, seed: int, folder: Path) -> "Iterator[Fleet]":
-    fleet = _made(request.node, request.config.getoption("--clew-stage") or stage, seed, folder)
+    try:
+        fleet = _made(request.node, request.config.getoption("--clew-stage") or stage, seed, folder)
+    except _expected() as error:
+        raise _refusal(request.node.nodeid, error) from None
     request.node.stash.setdefault(_FLEETS, {})[str(request.fixturename)] = fleet
     yield fleet
     fleet.close()
+
+
+def _refusal(test: str, why: object) -> BaseException:
+    """A failure that pytest shows in one line."""
+    return pytest.fail.Exception(f"{test}: {why}", pytrace=False)
+
+
+def _expected() -> type[Exception]:
+    """What Clew raises on purpose."""
+    from protocol.errors import ClewError  # noqa: PLC0415 - late, by rule 3
+
+    return ClewError
+
+
+def _without_ours(error: Exception) -> Exception:
+    """An error whose traceback ends at the caller's line."""
+    at = error.__traceback__
+    while at is not None and at.tb_next is not None:
+        if Path(at.tb_next.tb_frame.f_code.co_filename).is_relative_to(OURS):
+            at.tb_next = None
+        at = at.tb_next
+    return error
 
 
 def _check_struck(item: pytest.Item, fleet: "Fleet") -> None:
@@ -149,10 +185,7 @@ def _asked(node: pytest.Item) -> dict[str, Any]:
         unknown = sorted(set(mark.kwargs) - set(OPTIONS))
         if mark.args or unknown:
             wrong = ", ".join([*map(repr, mark.args), *unknown])
-            pytest.fail(
-                f"{node.nodeid}: @pytest.mark.clew takes {', '.join(OPTIONS)}, not {wrong}",
-                pytrace=False,
-            )
+            raise _refusal(node.nodeid, f"@pytest.mark.clew takes {', '.join(OPTIONS)}, not {wrong}")
         said = {**mark.kwargs, **said}
     return said
 

@@ -23,10 +23,11 @@ from clew.log.check import Finding, check, scenario_of
 from clew.log.journals.messages import Message, messages_of
 from clew.log.journals.process import processes_of
 from clew.log.replay import Replay, replay
-from clew.log.timeline import Choice, Timeline
+from clew.log.timeline import Choice, Timeline, unknown_kinds
 from clew.page.report import write_report
 from clew.story.steps import Step
 from clew.story.story import story_of
+from protocol.errors import UsageError
 from protocol.plain import plain
 from world.judge.verdict import Verdict
 from world.record.recorder import Header
@@ -115,7 +116,12 @@ class Run:
             rule: only injections of this rule of the fault plan, as `"kill-*"`.
             key: only entries about messages on this key, as `"link/r2/*"`.
             t: from when to when [simulated s], both included.
+
+        Raises:
+            UsageError: no kind that there is matches a pattern.
         """
+        if (unknown := unknown_kinds(_all(kind))) is not None:
+            raise UsageError(unknown)
         from_s, to_s = t or (None, None)
         choice = Choice(
             kind=_all(kind),

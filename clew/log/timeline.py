@@ -77,7 +77,8 @@ def read(run: Path) -> Timeline:
 def unknown_kinds(patterns: tuple[str, ...]) -> str | None:
     """Say which of these patterns no kind matches, with similar names; None: each matches one."""
     unknown = [pattern for pattern in patterns if not filter_names(KINDS, pattern)]
-    return "; ".join(f"there is no kind {each!r}{did_you_mean(each, KINDS)}" for each in unknown) or None
+    known = [*KINDS, *sorted({f"{kind.partition('.')[0]}.*" for kind in KINDS})]
+    return "; ".join(f"there is no kind {each!r}{did_you_mean(each, known)}" for each in unknown) or None
 
 
 def _matches(name: object, patterns: tuple[str, ...]) -> bool:

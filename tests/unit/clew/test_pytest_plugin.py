@@ -167,12 +167,30 @@ def test_is_left_early(clew_rehearsal):
         ("robot=4", "@pytest.mark.clew takes scenario, robots, seeds"),
         ('scenario="groove"', "unknown scenario 'groove'"),
         ("faults=[clew.kill(9)]", "must be a robot of the fleet, r1 to r5, got r9"),
+        ('robots="x"', "grove: $.fleet.robots: must be an integer, got 'x'"),
+        ("seeds=5", "seeds must be a list or a range, got 5"),
     ],
 )
 def test_a_wrong_marker_fails_the_test_and_says_why(tmp_path: Path, marker: str, complaint: str) -> None:
-    code, said = played(tmp_path, f"@pytest.mark.clew({marker})\ndef test_a(clew_rehearsal): pass\n")
+    test = f"@pytest.mark.clew({marker})\ndef test_a(clew_rehearsal, clew_seed): pass\n"
+    code, said = played(tmp_path, test)
     assert code in {1, 2}
     assert complaint in said
+    assert "Error: " not in said  # no traceback
+    assert "pytest_plugin.py" not in said
+
+
+def test_what_a_test_asks_for_in_vain_is_shown_at_its_own_line(tmp_path: Path) -> None:
+    test = """
+def test_a(clew_rehearsal):
+    clew_rehearsal.link("r1", "r99").drop(0.3)
+"""
+    code, said = played(tmp_path, test)
+    assert code == 1, said
+    assert "test_mine.py:" in said
+    assert "must be a robot of the fleet, r1 to r5, got r99" in said
+    assert "def inject" not in said
+    assert "protocol/faults/fit.py" not in said
 
 
 def test_tests_without_a_fleet_load_nothing_of_ours(tmp_path: Path) -> None:

@@ -36,6 +36,13 @@ def test_entries_are_those_of_the_log_in_its_order(run: Run) -> None:
     }
 
 
+@pytest.mark.parametrize("kind", ["step.planed", "stepp.*", ("step.*", "step.planed")])
+def test_a_kind_that_there_is_not_is_refused_with_a_suggestion(run: Run, kind: str | tuple[str, ...]) -> None:
+    near = "'step.planned'" if "step.planed" in kind else "'step."
+    with pytest.raises(UsageError, match=rf"there is no kind '.*'; did you mean {near}"):
+        run.entries(kind)
+
+
 def test_the_fields_of_an_entry_are_its_attributes(run: Run) -> None:
     [first] = run.entries("step.planned", step=1)
     assert (first.step, first.kind, first.source) == (1, "step.planned", "r1")
