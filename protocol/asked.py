@@ -13,13 +13,24 @@ from typing import Any
 
 from protocol.exit_codes import ExitCode
 
-EXIT_CODES: dict[int, ExitCode] = {
+EXIT_CODES: Mapping[signal.Signals, ExitCode] = {
     signal.SIGINT: ExitCode.INTERRUPTED,
     signal.SIGTERM: ExitCode.TERMINATED,
     signal.SIGHUP: ExitCode.HUNG_UP,
 }
+"""What a process exits with that such a signal has ended; with an event loop, too (`protocol.ending`)."""
 
 Handler = Callable[[int, FrameType | None], Any] | int | None  # the type of the standard library
+
+
+def signal_of(exit_code: int) -> signal.Signals | None:
+    """The signal after which a process exits with this code; None: the code is of none of these signals."""
+    return next((number for number, code in EXIT_CODES.items() if code == exit_code), None)
+
+
+def heeded() -> list[signal.Signals]:
+    """Rule 3: these signals without those that were ignored at our start."""
+    return [number for number in EXIT_CODES if signal.getsignal(number) is not signal.SIG_IGN]
 
 
 class AskedToEnd(KeyboardInterrupt):
@@ -56,10 +67,9 @@ def listen(hear: Callable[[ExitCode], None]) -> Mapping[int, Handler]:
     """Handle these signals from now on; returns the former handlers."""
 
     def handle(number: int, _frame: FrameType | None) -> None:
-        hear(EXIT_CODES[number])
+        hear(EXIT_CODES[signal.Signals(number)])
 
-    heard = [number for number in EXIT_CODES if signal.getsignal(number) is not signal.SIG_IGN]
-    return {number: signal.signal(number, handle) for number in heard}
+    return {number: signal.signal(number, handle) for number in heeded()}
 
 
 def ignore() -> None:

@@ -1,4 +1,4 @@
-"""Requests to end a process with an event loop: SIGTERM, SIGINT, `FAIL`, or the end of its lifeline."""
+"""Requests to end a process with an event loop: signals (`protocol.asked`), `FAIL`, the lifeline's end."""
 
 import asyncio
 import contextlib
@@ -7,6 +7,7 @@ import signal
 from collections.abc import Coroutine, Iterator
 from typing import Any
 
+from protocol.asked import EXIT_CODES, heeded
 from protocol.exit_codes import ExitCode
 
 FAIL = signal.SIGUSR1
@@ -32,11 +33,7 @@ def asked_to_end(lifeline: int | None) -> Iterator[asyncio.Future[ExitCode]]:
             loop.remove_reader(lifeline)
             end(ExitCode.TERMINATED)
 
-    signals = {
-        signal.SIGTERM: ExitCode.TERMINATED,
-        signal.SIGINT: ExitCode.INTERRUPTED,
-        FAIL: ExitCode.FAILED,
-    }
+    signals = {number: EXIT_CODES[number] for number in heeded()} | {FAIL: ExitCode.FAILED}
     for number, exit_code in signals.items():
         loop.add_signal_handler(number, end, exit_code)
     if lifeline is not None:

@@ -19,7 +19,6 @@ from collections.abc import Callable, Iterable, Set
 from typing import assert_never
 
 from protocol.errors import MessageRefusedError
-from protocol.exit_codes import ExitCode
 from protocol.fence import NOBODY_NUMBER, Change
 from protocol.keys import robot_name, robot_number
 from protocol.mission import start_wall_s
@@ -51,7 +50,7 @@ from world.events import (
     TokenCame,
     TokenWent,
 )
-from world.judge.ending import Ending
+from world.judge.ending import ASKED, Ending
 from world.judge.judgement import Judge, Judgement
 from world.judge.tally import Tally
 from world.record.resume import Past
@@ -66,8 +65,6 @@ SEEN_LIVE = {"S1", "S2"}  # recorded at the moment of the violation
 ROUTER_PATIENCE_WALL_S = 10.0
 ROBOTS_PATIENCE_WALL_S = 10.0  # a cut between world and robots looks like the death of all robots
 RETURN_WALL_S = 1.0
-
-ASKED = {ExitCode.INTERRUPTED: Ending.INTERRUPTED, ExitCode.FAILED: Ending.LOST_PROCESS}  # else: TERMINATED
 
 
 class World:
@@ -203,8 +200,7 @@ class World:
             case MessageDropped():
                 return [self.arena.note(MessageRefused(key=event.key, reason=event.reason))]
             case StopAsked():
-                asked = ASKED.get(event.exit_code, Ending.TERMINATED)
-                return self._end(asked, wall_s) if self.phase is Phase.RUNNING else []
+                return self._end(ASKED[event.exit_code], wall_s) if self.phase is Phase.RUNNING else []
             case _:
                 assert_never(event)
         return []
@@ -270,7 +266,7 @@ class World:
 
         A request to end does not wait for that.
         """
-        if self.ending in {*ASKED.values(), Ending.TERMINATED, Ending.CUT_OFF}:
+        if self.ending in {*ASKED.values(), Ending.CUT_OFF}:
             return False
         if self._routing.away_s(wall_s) > 0.0:
             return self.phase is Phase.RUNNING or self._routing.away_s(wall_s) < ROUTER_PATIENCE_WALL_S

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from agents.process.shell import run
-from protocol.asked import EXIT_CODES
+from protocol.asked import EXIT_CODES, signal_of
 from protocol.ending import asked_to_end, until_ended
 from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
@@ -35,7 +35,7 @@ from protocol.network.session import read_session
 from protocol.plain import plain
 
 KILL_AFTER_S = 2.0  # wall: a fleet has 5 s to end, and its launcher needs some of that
-HANDLED = (signal.SIGCHLD, signal.SIGTERM, signal.SIGINT)  # signals that a host handles; robots reset them
+HANDLED = (signal.SIGCHLD, *EXIT_CODES)  # signals that a host handles; robots reset them
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,7 +207,7 @@ def _forget_signals() -> None:
 
 
 def _how(exit_code: int) -> str:
-    number = next((each for each, code in EXIT_CODES.items() if code == exit_code), -exit_code)
+    number = signal_of(exit_code) or -exit_code
     if number > 0:
         return f"was ended by {signal.Signals(number).name}"
     return f"ended with exit code {exit_code}"

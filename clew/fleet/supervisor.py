@@ -35,6 +35,7 @@ from clew.fleet.supervision.facts import Facts, Happening, end_of
 from clew.fleet.supervision.limits import Limits, Plan
 from clew.fleet.supervision.rules import TABLE as RULE_FOR
 from clew.fleet.supervision.rules import Do, State, What
+from protocol.asked import signal_of
 from protocol.ending import FAIL
 from protocol.exit_codes import ExitCode
 from protocol.faults.process_faults import ProcessAction
@@ -221,8 +222,7 @@ class Supervisor:
         yield from self._ending.ask_world(ExitCode.FAILED if failed else code, now_s)
 
     def _end_as_asked(self, happening: Happening, now_s: float) -> Iterator[Command]:
-        interrupted = happening.status == ExitCode.INTERRUPTED  # the verdict distinguishes it
-        number = signal.SIGINT if interrupted else signal.SIGTERM
+        number = signal_of(happening.status) or signal.SIGTERM  # the verdict says which it was
         yield from self._ending.ask_world(happening.status, now_s, number)
 
     def _end_failed(self, _: Happening, now_s: float) -> Iterator[Command]:

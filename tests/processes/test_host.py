@@ -170,7 +170,7 @@ async def test_robots_do_not_outlive_a_host_that_is_killed() -> None:
         await world.until(lambda: world.gone >= set(THREE))
 
 
-@pytest.mark.parametrize("way", ["SIGTERM", "SIGINT", "lifeline"])
+@pytest.mark.parametrize("way", ["SIGTERM", "SIGINT", "SIGHUP", "lifeline"])
 async def test_a_host_that_is_asked_to_end_ends_its_robots(way: str) -> None:
     async with host("1-3") as (world, process):
         if way == "lifeline":
@@ -179,7 +179,7 @@ async def test_a_host_that_is_asked_to_end_ends_its_robots(way: str) -> None:
         else:
             process.send_signal(signal.Signals[way])
         await world.until(lambda: world.gone >= set(THREE))
-        expected = 130 if way == "SIGINT" else 143
+        expected = {"SIGINT": 130, "SIGHUP": 129}.get(way, 143)
         assert process.wait(timeout=DEADLINE_S) == expected
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from protocol.asked import EXIT_CODES
 from tests.support.deadline import DEADLINE_S
 from tests.support.processes.wire import KEYS, drive, fleet, next_arrivals, python, router, session_folder
 
@@ -31,7 +32,7 @@ def run_router(folder: Path, *options: str) -> tuple[int, str, str]:
         return process.returncode, output, errors
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+@pytest.mark.parametrize(("number", "code"), EXIT_CODES.items())
 def test_a_signal_ends_it_silently_and_leaves_no_socket(
     folder: Path, number: signal.Signals, code: int
 ) -> None:

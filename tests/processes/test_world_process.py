@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from protocol.asked import EXIT_CODES
 from protocol.faults.plan import NO_FAULTS
 from protocol.fence import Bearing, Cause, Epoch, Fence, May, Raise, Turn
 from protocol.frames import Point
@@ -257,6 +258,21 @@ async def test_queries_for_mission_and_scans_are_answered(folder: Path) -> None:
         end(world)
     assert world.returncode == 130
     assert verdict(folder)["reason"] == "the run was interrupted"
+
+
+@pytest.mark.parametrize(("number", "code"), EXIT_CODES.items())
+async def test_the_verdict_has_the_code_of_the_signal_that_ended_the_world(
+    folder: Path, number: signal.Signals, code: int
+) -> None:
+    with python(*world_arguments(folder)) as world:
+        with robot_transport(folder, "r1") as transport:
+            player = Player(transport)
+            await player.hear(is_in(Phase.RUNNING))
+            world.send_signal(number)
+            await player.hear(is_in(Phase.OVER))
+            await player.leave()
+        end(world)
+    assert (world.returncode, verdict(folder)["exit_code"]) == (code, code)
 
 
 async def test_a_robot_that_vanishes_without_goodbye_counts_as_dead_and_the_run_fails(folder: Path) -> None:

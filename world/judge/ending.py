@@ -2,6 +2,8 @@
 
 from enum import StrEnum
 
+from protocol.exit_codes import ExitCode
+
 
 class Ending(StrEnum):
     """The reason for the end of `running`."""
@@ -16,4 +18,14 @@ class Ending(StrEnum):
     CUT_OFF = "the router was lost"
     INTERRUPTED = "interrupted"
     TERMINATED = "told to end"
+    HUNG_UP = "its terminal was closed"
     LOST_PROCESS = "another process of the run was lost"
+
+
+ASKED = {
+    ExitCode.INTERRUPTED: Ending.INTERRUPTED,
+    ExitCode.TERMINATED: Ending.TERMINATED,
+    ExitCode.HUNG_UP: Ending.HUNG_UP,
+    ExitCode.FAILED: Ending.LOST_PROCESS,
+}
+"""The endings that a run is asked for, by the exit code of the request."""

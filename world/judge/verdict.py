@@ -44,6 +44,13 @@ class Flaw:
     exit_code: ExitCode = ExitCode.FAILED
 
 
+ENDED_BY_SIGNAL = {
+    Ending.INTERRUPTED: Flaw("the run was interrupted", ExitCode.INTERRUPTED),
+    Ending.TERMINATED: Flaw("the run was told to end", ExitCode.TERMINATED),
+    Ending.HUNG_UP: Flaw("the terminal of the run was closed", ExitCode.HUNG_UP),
+}
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Facts:
     """The input of a verdict."""
@@ -217,10 +224,8 @@ def _flaws(facts: Facts, recovery: Recovery) -> Iterator[Flaw]:
 def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:
     """The flaws in the end of the run itself; a lost route is among the dated ones."""
     match facts.ending:
-        case Ending.INTERRUPTED:
-            yield Flaw("the run was interrupted", ExitCode.INTERRUPTED)
-        case Ending.TERMINATED:
-            yield Flaw("the run was told to end", ExitCode.TERMINATED)
+        case Ending.INTERRUPTED | Ending.TERMINATED | Ending.HUNG_UP:
+            yield ENDED_BY_SIGNAL[facts.ending]
         case Ending.CUT_OFF:
             yield Flaw(f"the router was lost by t={facts.sim_s:.1f} s")
         case Ending.MISSING:

@@ -1,6 +1,6 @@
 """Why and how runs end."""
 
-from signal import SIGCONT, SIGINT, SIGKILL, SIGSTOP
+from signal import SIGCONT, SIGHUP, SIGINT, SIGKILL, SIGSTOP
 
 from clew.fleet.supervision.events import (
     HOST,
@@ -141,6 +141,19 @@ ENDS = {
             (2.6, Gone(WORLD), stop(R1)),
             (2.7, Ended(R1, 143), []),
             (2.7, Gone(R1), [Exit(130)]),
+        ),
+    ),
+    "a closed terminal is told to the world as SIGHUP, so that verdict and launcher say the same": History(
+        ONE,
+        (
+            *UP,
+            (2.0, Asked(ExitCode.HUNG_UP), [Signal(WORLD, SIGHUP), Signal(WORLD, SIGCONT)]),
+            *gone(2.5, HOST),
+            (2.6, Judged(), []),
+            (2.6, Ended(WORLD, 129), []),
+            (2.6, Gone(WORLD), stop(R1)),
+            (2.7, Ended(R1, 143), []),
+            (2.7, Gone(R1), [Exit(129)]),
         ),
     ),
     "SIGHUP ends a run that waits for its router": History(

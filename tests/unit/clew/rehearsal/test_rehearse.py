@@ -121,7 +121,7 @@ def test_a_folder_that_holds_a_run_is_refused(tmp_path: Path) -> None:
     [
         (signal.SIGINT, 130, "interrupted"),
         (signal.SIGTERM, 143, "told to end"),
-        (signal.SIGHUP, 143, "told to end"),
+        (signal.SIGHUP, 129, "its terminal was closed"),
     ],
 )
 def test_a_signal_ends_the_run_with_a_verdict(

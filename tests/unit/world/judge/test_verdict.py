@@ -174,6 +174,8 @@ def test_an_interrupted_run_has_the_exit_code_for_it() -> None:
     assert (passed.ok, passed.exit_code, passed.reason) == (False, 130, "the run was interrupted")
     passed = verdict(ALL_WELL, ending=Ending.TERMINATED)
     assert (passed.ok, passed.exit_code, passed.reason) == (False, 143, "the run was told to end")
+    passed = verdict(ALL_WELL, ending=Ending.HUNG_UP)
+    assert (passed.ok, passed.exit_code, passed.reason) == (False, 129, "the terminal of the run was closed")
 
 
 def test_a_run_that_ends_because_a_process_was_lost_has_failed() -> None:
