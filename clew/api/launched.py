@@ -121,9 +121,8 @@ class LaunchedFleet(Fleet):
     def lines(self) -> Sequence[Line]:
         """All entries up to now."""
         while self.has_begun and (news := look(self._path, self._follower)):
-            for each in news.heard:
-                self._lines.append((each.source, each.entry))
-                self._now_s = max(self._now_s, each.entry.t_s)
+            self._lines += news.lines
+            self._now_s = max((self._now_s, *(entry.t_s for _, entry in news.lines)))
         return self._lines
 
     @property

@@ -51,7 +51,7 @@ class Reading:
                 self.flaws, self._is_whole = log.flaws, True
                 return self._lines
             while news := look(self.path, self._follower):
-                self._lines += [(each.source, each.entry) for each in news.heard]
+                self._lines += news.lines
                 self.flaws += news.flaws
         if is_over:
             self._is_whole = True

@@ -51,13 +51,13 @@ class Watch:
         if news.header is not None:
             self._board = Scoreboard.of(news.header)
         if self._board is not None:
-            for heard in news.heard:
-                self._board.hear(heard.source, heard.entry)
+            for source, entry in news.lines:
+                self._board.hear(source, entry)
         if self._verdict is None:
             with contextlib.suppress(OSError, msgspec.MsgspecError):  # missing or half written
                 self._verdict = read_verdict(self._run)
                 return True
-        return bool(news.header or news.heard or said)
+        return bool(news.header or news.lines or said)
 
     def draw(self, live: Live) -> None:
         """Draw the current state."""

@@ -5,7 +5,7 @@ Rule 2: the flaws of `at_once` come first, in the same order, in the flaws at th
 """
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import get_args
 
@@ -14,7 +14,8 @@ import msgspec
 from clew.log.completeness import Completeness, Told
 from clew.log.header import UNREADABLE, Stamped, other
 from protocol.faults.manual_faults import is_running
-from protocol.timeline import Entry, Record, RunEnded
+from protocol.timeline import Record, RunEnded
+from world.record.lines import Line
 from world.record.recorder import SCHEMA, Header
 
 KINDS = frozenset(each.__struct_config__.tag for each in get_args(Record))
@@ -33,11 +34,13 @@ class Findings:
         self.ended: str | None = None
         """How the run ended; None: the log has not said so yet."""
 
-    def hear(self, source: str, entry: Entry) -> None:
-        """The next line is this entry."""
-        self._completeness.hear(source, entry)
-        if isinstance(entry.record, RunEnded) and self.ended is None:
-            self.ended = entry.record.reason
+    def hear(self, lines: Iterable[Line]) -> None:
+        """The next lines are these entries."""
+        hear = self._completeness.hear
+        for source, entry in lines:
+            hear(source, entry)
+            if type(entry.record) is RunEnded and self.ended is None:
+                self.ended = entry.record.reason
 
     def torn(self, number: int) -> None:
         """A line has no end."""

@@ -8,7 +8,7 @@ Rule 4: the flaws of a run that is over are those of `clew/log/log.py`, in the s
 """
 
 import asyncio
-from collections.abc import AsyncGenerator, Iterator
+from collections.abc import AsyncGenerator, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,22 +18,12 @@ from clew.log.log import LINE_BYTES_MAX
 from clew.log.vigil import Vigil
 from protocol.errors import UsageError
 from protocol.files.opening import open_regular
-from protocol.timeline import Entry
 from world.judge.verdict import VERDICT_FILE
-from world.record.lines import read_line
+from world.record.lines import Line, read_line, read_lines
 from world.record.recorder import EVENTS_FILE, Header
 
 LOOK_S = 0.1  # wall clock, between two reads of the file: about as often as a table or a page is drawn
 READ_BYTES = 1 << 20  # at a time, so that a long run is shown in parts
-
-
-@dataclass(frozen=True, slots=True)
-class Heard:
-    """An entry, its source, and the line that it was read from, without the newline."""
-
-    text: bytes
-    source: str
-    entry: Entry
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,13 +32,14 @@ class News:
 
     header: Header | None
     """In the first news with lines; None in all others."""
-    heard: tuple[Heard, ...]
+    lines: Sequence[Line]
+    """The new entries, with their sources."""
     flaws: tuple[str, ...]
     """Each is given once; of many of a kind the first ones, and the last news counts the rest."""
 
     def __bool__(self) -> bool:
         """Whether anything is new."""
-        return bool(self.header or self.heard or self.flaws)
+        return bool(self.header or self.lines or self.flaws)
 
 
 @dataclass(slots=True)
@@ -79,14 +70,14 @@ class Follower:
 
     def take(self, text: bytes) -> News:
         """The news in the text of the file from `whole_bytes` on."""
-        *whole, torn = text.split(b"\n")
+        end = text.rfind(b"\n") + 1
+        whole, torn = text[:end], text[end:]
         if self._skips:
             # Drop the rest of the long line: up to its newline, or all of the text.
             torn = torn if whole else b""
-            self._skips, whole = not whole, whole[1:]
-        before, heard = self._findings, list[Heard]()
-        for line in whole:
-            heard.extend(self._read(line))
+            self._skips, whole = not whole, whole.partition(b"\n")[2]
+        before = self._findings
+        lines = self._read(whole)
         if len(torn) >= LINE_BYTES_MAX:
             self._lines += 1
             self._begun(torn).too_long(self._lines, LINE_BYTES_MAX)
@@ -94,20 +85,34 @@ class Follower:
         self.whole_bytes += len(text) - len(torn)
         self.torn_bytes = len(torn)
         header = self._findings.header if self._findings is not None and before is None else None
-        return News(header, tuple(heard), self._fresh_flaws())
+        return News(header, lines, self._fresh_flaws())
 
-    def _read(self, line: bytes) -> Iterator[Heard]:
-        self._lines += 1
-        findings = self._begun(line)
-        if self._lines == 1 and not is_entry(line):
-            return
+    def _read(self, text: bytes) -> list[Line]:
+        """The entries in whole lines."""
+        if not text:
+            return []
+        first, _, rest = text.partition(b"\n")
+        findings = self._begun(first)
+        if self._lines == 0 and not is_entry(first):
+            self._lines, text = 1, rest
         try:
-            source, entry = read_line(line)
-        except UNREADABLE as error:
-            findings.misread(self._lines, line, error)
-        else:
-            findings.hear(source, entry)
-            yield Heard(line, source, entry)
+            lines = read_lines(text)
+        except UNREADABLE:
+            return list(self._one_by_one(text, findings))
+        findings.hear(lines)
+        self._lines += len(lines)
+        return lines
+
+    def _one_by_one(self, whole: bytes, findings: Findings) -> Iterator[Line]:
+        for text in whole.split(b"\n")[:-1]:
+            self._lines += 1
+            try:
+                line = read_line(text)
+            except UNREADABLE as error:
+                findings.misread(self._lines, text, error)
+            else:
+                findings.hear((line,))
+                yield line
 
     def _begun(self, line: bytes) -> Findings:
         """The findings; they begin with the first line."""

@@ -7,7 +7,7 @@ Rule 3: a log of another schema is read as far as this program knows its kinds a
 
 from collections.abc import Iterator
 from hashlib import blake2b
-from io import BufferedReader
+from io import BufferedReader, BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +17,10 @@ from clew.log.flaws import Findings
 from clew.log.header import UNREADABLE, header_of, is_entry
 from protocol.errors import UsageError
 from protocol.files.opening import open_regular
-from world.record.lines import Line, read_line
+from world.record.lines import Line, read_line, read_lines
 from world.record.recorder import EVENTS_FILE
 
+BLOCK_BYTES = 1 << 18  # read at once, to be decoded at once
 LINE_BYTES_MAX = 1 << 25  # 32 MiB
 """Much more than any real entry: a line without an end must not fill the memory."""
 
@@ -47,24 +48,19 @@ class Log:
         """The readable entries with their sources, in the recorder's order."""
         findings, unread = Findings(self.header, self._damage), blake2b()
         with self._open() as file:
-            for number, text in enumerate(_texts(file), start=1):
-                if number == 1 and not self._headless:
-                    continue
-                if text[-1:] != b"\n":
-                    unread.update(text)
-                    if len(text) < LINE_BYTES_MAX:
-                        findings.torn(number)
-                    else:
-                        findings.too_long(number, LINE_BYTES_MAX)
-                    continue
+            number = 1
+            if not self._headless:
+                _line(file)
+                number = 2
+            while block := _block(file):
                 try:
-                    source, entry = read_line(text)
-                except UNREADABLE as error:
-                    unread.update(_timeless(text))
-                    findings.misread(number, text, error)
+                    lines = read_lines(block)
+                except UNREADABLE:
+                    yield from _one_by_one(block, number, findings, unread)
                 else:
-                    findings.hear(source, entry)
-                    yield source, entry
+                    findings.hear(lines)
+                    yield from lines
+                number += block.count(b"\n")
         self.flaws, self.ended = tuple(findings.flaws(self.path.parent)), findings.ended
         self.unread = unread.digest()
 
@@ -74,6 +70,26 @@ class Log:
         except OSError as error:
             where = f"{self.path.parent}: {self.path.name}" if self._in_folder else str(self.path)
             raise UsageError(f"no run in {where}: {error.strerror}") from error
+
+
+def _one_by_one(block: bytes, first: int, findings: Findings, unread: "blake2b") -> Iterator[Line]:
+    """The readable entries of lines, of which the first has this number in the file."""
+    for number, text in enumerate(BytesIO(block), start=first):
+        if text[-1:] != b"\n":
+            unread.update(text)
+            if len(text) < LINE_BYTES_MAX:
+                findings.torn(number)
+            else:
+                findings.too_long(number, LINE_BYTES_MAX)
+            continue
+        try:
+            line = read_line(text)
+        except UNREADABLE as error:
+            unread.update(_timeless(text))
+            findings.misread(number, text, error)
+        else:
+            findings.hear((line,))
+            yield line
 
 
 def _timeless(text: bytes) -> bytes:
@@ -86,9 +102,15 @@ def _timeless(text: bytes) -> bytes:
     return msgspec.json.encode(fields, order="sorted")
 
 
-def _texts(file: BufferedReader) -> Iterator[bytes]:
-    """The lines of a file; of a line that is too long only the first part."""
-    while text := file.readline(LINE_BYTES_MAX):
-        yield text
-        while len(text) == LINE_BYTES_MAX and not text.endswith(b"\n"):
-            text = file.readline(LINE_BYTES_MAX)
+def _block(file: BufferedReader) -> bytes:
+    """The next lines of a file, or nothing at its end; of a line that is too long only the first part."""
+    text = file.read(min(BLOCK_BYTES, LINE_BYTES_MAX))
+    return text if text[-1:] in {b"", b"\n"} else text + _line(file, len(text) - text.rfind(b"\n") - 1)
+
+
+def _line(file: BufferedReader, had_bytes: int = 0) -> bytes:
+    """The rest of a line, of which so much has been read; no more than its limit."""
+    text = rest = file.readline(LINE_BYTES_MAX - had_bytes)
+    while len(rest) + had_bytes == LINE_BYTES_MAX and rest[-1:] != b"\n":
+        rest, had_bytes = file.readline(LINE_BYTES_MAX), 0
+    return text

@@ -134,8 +134,8 @@ async def _follow(run: Path, say: Say) -> None:
 
     async with aclosing(follow(run)) as all_news:
         async for news in all_news:
-            for heard in news.heard:
-                say(heard.source, heard.entry)
+            for source, entry in news.lines:
+                say(source, entry)
             for flaw in news.flaws:
                 _warn(flaw)
 

@@ -60,8 +60,8 @@ class Channel:
     def _packed(self, news: News) -> Iterator[bytes]:
         if self._batches is None:
             self._batches = Batches(news.header, self._folder)
-        for heard in news.heard:
-            self._batches.hear(heard.source, heard.entry)
+        for source, entry in news.lines:
+            self._batches.hear(source, entry)
         if news.flaws:
             self._batches.add(flaws=news.flaws)
         yield from filter(None, [self._batches.batch()])

@@ -26,7 +26,7 @@ def text(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 
 def told(news: list[News]) -> list[object]:
-    return [(heard.source, heard.entry) for each in news for heard in each.heard]
+    return [line for each in news for line in each.lines]
 
 
 def play(sizes: list[bytes]) -> tuple[list[News], Follower]:

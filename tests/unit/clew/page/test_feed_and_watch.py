@@ -24,7 +24,7 @@ def run(tmp_path: Path) -> Path:
 
 
 def numbers(seen: list[Seen]) -> list[int]:
-    return [heard.entry.n for each in seen if isinstance(each, News) for heard in each.heard]
+    return [entry.n for each in seen if isinstance(each, News) for _, entry in each.lines]
 
 
 def test_a_run_that_begins_later_is_watched_from_its_start(tmp_path: Path) -> None:
