@@ -1,6 +1,7 @@
 """Damaged logs: each flaw is reported once, and the rest is read."""
 
 import os
+from itertools import product
 from pathlib import Path
 
 import msgspec
@@ -90,15 +91,19 @@ def test_a_damaged_line_is_reported_and_its_number_is_missing(
 
 
 @pytest.mark.parametrize("block_bytes", [1, 150, 400, 1 << 18])
-@pytest.mark.parametrize("end", [b"", b"  ", TEXTS[0][:9], TEXTS[0][:-1]])
 @pytest.mark.parametrize(
-    "between", [b"\n", b" \n\n", TEXTS[0].replace(b",", b",\n", 1), TEXTS[0][:-1] + TEXTS[1]]
+    ("between", "end"),
+    product(
+        [b"\n", b" \n\n", TEXTS[0].replace(b",", b",\n", 1), TEXTS[0][:-1] + TEXTS[1]],
+        [b"", b"  ", TEXTS[0][:9], TEXTS[0][:-1]],
+    ),
 )
 def test_lines_that_are_read_many_at_once_are_read_as_one_by_one(
-    path: Path, header: bytes, monkeypatch: pytest.MonkeyPatch, block_bytes: int, end: bytes, between: bytes
+    path: Path, header: bytes, block_bytes: int, end: bytes, between: bytes
 ) -> None:
-    monkeypatch.setattr(lab_log, "BLOCK_BYTES", block_bytes)
-    lines, flaws = through(path, header + TEXTS[0] + between + b"".join(TEXTS[1:]) + end)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(lab_log, "BLOCK_BYTES", block_bytes)
+        lines, flaws = through(path, header + TEXTS[0] + between + b"".join(TEXTS[1:]) + end)
     assert lines == LINES
     assert len(flaws) == between.count(b"\n") + bool(end)
 
