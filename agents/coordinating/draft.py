@@ -1,8 +1,8 @@
 """The strand that a coordinator drafts: its order, the robots in place, the next turn. Pure.
 
 Rule 1: two groups are in place. First, from the front on, the robots of the order that have a clear leg to
-        the robot ahead, as long as their strand does not fold back. Then those that came to a place by a
-        turn.
+        the robot ahead, as long as their strand does not fold back, or all these legs were driven. Then those
+        that came to a place by a turn.
 Rule 2: the turn goes to the nearest robot that is not in place and has not had one in vain. When a robot
         comes to a place, all others may have a turn again: they may find a way behind it.
 Rule 3: if no robot finds a way, the last robot in place makes way, once: it gives its place up, and has a
@@ -135,13 +135,14 @@ class Draft:
         self.legs = {robot: sees(robot).corners for robot in self.driven if sees(robot).corners}
         least_m = self.mission.robot_keep_m
         count = robots_apart(places_of(reports), order, self.legs, least_m=least_m)
+        stays = 1
+        while stays < clear and order[stays] in self.driven:
+            stays += 1
+        count = max(count, stays)
         if self._front and count < len(self._front) + len(self._stayed):
             self._trial = False
             return False
-        stays = 1
-        while not self._front and stays < clear and order[stays] in self.driven:
-            stays += 1
-        self.strand = list(self.order[: max(count, stays)])
+        self.strand = list(self.order[:count])
         return True
 
     def end_turn(self, robot: int, *, placed: bool) -> None:

@@ -68,6 +68,12 @@ def test_robots_whose_legs_were_driven_stay_in_place_though_the_strand_folds_bac
     assert settled(drafted(), hairpin, driven=(2, 3, 4)).strand == [1, 2, 3, 4]
 
 
+def test_a_robot_that_has_led_leads_again_over_driven_legs_though_the_strand_folds_back() -> None:
+    hairpin = {1: (0.6, 0.2), 2: (1.0, 0.2), 3: (1.0, 0.0), 4: (0.0, 0.0)}
+    draft = settled(drafted(), reports(hairpin, BEFORE, 2, 3, 4), driven=(2, 3, 4))
+    assert draft.strand == [1, 2, 3, 4]
+
+
 def test_a_robot_that_came_to_a_place_by_a_turn_is_in_place_behind_those() -> None:
     draft = settled(drafted(), reports(QUEUE), 2)
     draft.end_turn(4, placed=True)
