@@ -3,8 +3,9 @@
 Rule 1: two groups are in place. First, from the front on, the robots of the order that have a clear leg to
         the robot ahead, as long as their strand does not fold back, or all these legs were driven. Then those
         that came to a place by a turn.
-Rule 2: the turn goes to the nearest robot that is not in place and has not had one in vain. When a robot
-        comes to a place, all others may have a turn again: they may find a way behind it.
+Rule 2: the turn goes to the nearest robot that is not in place and has not had one in vain behind this very
+        strand. Behind another one it may find a way. A draft that begins again with the same strand does not
+        repeat what was in vain.
 Rule 3: if no robot finds a way, the last robot in place makes way, once: it gives its place up, and has a
         turn after the others. A leader that stands alone takes one step to a place to which others can come.
 Rule 4: if that does not help, other robots lead, the nearest to the goal first, up to a limit. This happens
@@ -91,7 +92,7 @@ class Draft:
     _stayed: tuple[int, ...] = ()
     _trial: bool = True
     _is_last_try: bool = False
-    _blocked: set[int] = field(default_factory=set)
+    _in_vain: dict[int, tuple[int, ...]] = field(default_factory=dict)  # behind which strand, by robot
     _made_way: int | None = None
     _stuck_at_s: float | None = None
     """When nobody found a way for the first time in this view: others are waited for once."""
@@ -115,7 +116,6 @@ class Draft:
         else:
             self.order = order_at_start(places, self.mission.goal, obstacle_m)
         self.strand = []
-        self._blocked, self._made_way = set(), None
 
     def forget_order(self) -> None:
         """The order is to be computed anew, when robots have looked around."""
@@ -150,19 +150,18 @@ class Draft:
         self.driven.discard(robot)
         self.legs.pop(robot, None)
         if not placed:
-            self._blocked.add(robot)
-            return
-        self._blocked = set()
-        if robot in self.strand:  # the leader has made way
-            return
-        self.strand.append(robot)
+            self._in_vain[robot] = tuple(self.strand)
+        elif robot in self.strand:  # the leader has made way
+            self._in_vain.clear()
+        else:
+            self.strand.append(robot)
 
     def next(self, reports: Mapping[int, Report], now_s: float, *, others_may_come_back: bool) -> Next:
         """Rules 2 to 6."""
         waiting = [robot for robot in sorted(reports) if robot not in self.strand]
         if not waiting:
             return Done()
-        free = [robot for robot in waiting if robot not in self._blocked]
+        free = [robot for robot in waiting if self._in_vain.get(robot) != tuple(self.strand)]
         if self._made_way in free and len(free) > 1:
             free.remove(self._made_way)
         if free:
@@ -208,7 +207,6 @@ class Draft:
     def _make_way(self) -> Next:
         """Rule 3."""
         self._made_way = self.strand[-1]
-        self._blocked = set()
         if len(self.strand) == 1:
             return Give(self.strand[0], makes_way=True)
         self.drop(self.strand[-1])
@@ -240,7 +238,8 @@ class Draft:
         return self._restart()
 
     def _restart(self) -> Next:
-        self.strand = []
+        self.strand, self._made_way = [], None
+        self._in_vain.clear()
         return Begin()
 
     def _former_order(self, reports: Mapping[int, Report]) -> list[int]:

@@ -113,11 +113,12 @@ class Proposing:
         """Rule 2."""
         coordinator, timing = fence.epoch.robot, self._timing
         heard_s = max(self._turn_s, 0.0 if reporter is None else reporter.heard_at_s)
+        idle_s = min(odometry.stood_s, now_s - self._turn_s)
         if self._suspicion.has_gone(coordinator, heard_s, now_s):
             why = f"robot {coordinator} coordinated, and its token has gone"
-        elif reporter is not None and self._is_deaf(reporter, now_s):
+        elif reporter is not None and self._is_deaf(min(idle_s, reporter.waits_s(now_s)), now_s):
             why = f"robot {coordinator} coordinates, and is silent"
-        elif min(odometry.stood_s, now_s - self._turn_s) > timing.stood_s:
+        elif idle_s > timing.stood_s:
             why = "nobody has moved, and there was no turn"
         elif now_s - self._epoch_s > timing.view_s:
             why = "the view takes too long"
@@ -125,9 +126,11 @@ class Proposing:
             return None
         return Reason(Cause.COORDINATOR_LOST, why, coordinator, is_shared=True)
 
-    def _is_deaf(self, reporter: Reporter, now_s: float) -> bool:
-        """Whether the coordinator answers nothing, and gives no turn."""
-        waits_s = min(reporter.waits_s(now_s), now_s - self._turn_s)
+    def _is_deaf(self, waits_s: float, now_s: float) -> bool:
+        """Whether the coordinator has answered nothing for so long, given no turn, and nobody has moved.
+
+        A robot whose own reports are lost has no answers either; others that move show that the view goes on.
+        """
         return self._suspicion.judges(now_s) and waits_s > self.timing_in(self._epoch).coordinator_s
 
     def _for_outsider(self, odometry: Odometry, reporter: Reporter | None, now_s: float) -> Reason | None:

@@ -120,6 +120,19 @@ def test_the_turn_goes_to_the_nearest_that_is_not_in_place_and_has_not_had_one_i
     assert draft.next(there, 0.0, others_may_come_back=False) == Give(4)
 
 
+def test_a_draft_that_begins_again_with_the_same_strand_repeats_no_turn_that_was_in_vain() -> None:
+    there, draft = reports(QUEUE), drafted()
+    settled(draft, there, 2)
+    draft.end_turn(3, placed=False)
+    draft.admit()
+    settled(draft, there, 2)
+    assert draft.next(there, 0.0, others_may_come_back=False) == Give(4)
+    settled(draft, there)
+    assert draft.next(there, 0.0, others_may_come_back=False) == Give(2), "behind another strand all may try"
+    draft.end_turn(2, placed=False)
+    assert draft.next(there, 0.0, others_may_come_back=False) == Give(3)
+
+
 def test_when_a_robot_comes_to_a_place_all_others_may_have_a_turn_again() -> None:
     there, draft = reports(QUEUE), settled(drafted(), reports(QUEUE), 2)
     draft.end_turn(3, placed=False)
