@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from msgspec import Struct
 
+from clew.bench.result import Aim, Figure, figure
 from world.judge.verdict import Verdict
 
 
@@ -65,3 +66,16 @@ def busy_run(verdict: Verdict | None, said: Sequence[str], *, launcher_s: float)
         launcher_s=launcher_s,
         speed_reached=verdict.speed_reached,
     )
+
+
+def common(found: BusyFigures) -> list[Figure]:
+    """The figures of all runs; a run without a verdict has reached no speed."""
+    runs = found.runs
+    return [
+        figure("held for dead", "robots", [run.false_deaths for run in runs], aim=Aim(at_most=0.0)),
+        figure(
+            "not arrived", "robots", [run.robots - run.robots_arrived for run in runs], aim=Aim(at_most=0.0)
+        ),
+        figure("speed reached", "times real time", [run.speed_reached or 0.0 for run in runs]),
+        figure("launcher's start to end", "s", [run.launcher_s for run in runs]),
+    ]

@@ -6,12 +6,14 @@ Rule 2: messages are counted where they are sent. A robot's share must not grow 
         coordinator, which answers everybody, does.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import msgspec
 from msgspec import Struct
 
+from clew.bench.result import Aim, Figure, figure
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.exit_codes import ExitCode
 from protocol.keys import robot_number
@@ -98,3 +100,20 @@ def is_quick(rows: Sequence[Forming]) -> bool:
     return all(
         row.formed_s is not None and (row.robots > BOUND_ROBOTS or row.cpu_s <= BOUND_CPU_S) for row in rows
     )
+
+
+def figures(rows: Sequence[Forming]) -> list[Figure]:
+    """The figures of some queues, each rehearsed once."""
+    return [
+        each
+        for row in rows
+        for each in (
+            figure(
+                f"{row.robots} robots: CPU time until formed",
+                "s",
+                [row.cpu_s if row.formed_s is not None else math.inf],
+                aim=Aim(at_most=BOUND_CPU_S) if row.robots <= BOUND_ROBOTS else None,
+            ),
+            figure(f"{row.robots} robots: messages per robot", "", [row.messages_per_robot]),
+        )
+    ]

@@ -9,11 +9,13 @@ Rule 2: the cause is the entry that the world records just before the fault. Det
 Rule 3: each run has the fault at another moment, so that no single phase of a period is measured.
 """
 
+import math
 from collections.abc import Iterable, Sequence
 from enum import StrEnum
 
 from msgspec import Struct
 
+from clew.bench.result import Aim, Figure, figure
 from clew.percentiles import percentile
 from clew.rehearsal.logbook import NTP64_PER_S
 from protocol.faults.plan import Plan
@@ -161,6 +163,26 @@ def figures_of(
         loads=tuple(loads),
         each=tuple(measured),
     )
+
+
+def common(row: HealingFigures) -> list[Figure]:
+    """The figures of the runs with one fault; a run without a fault is a run in which nothing ever came."""
+    fault, each = row.fault, [one or Healing(cause_s=0.0) for one in row.each]
+    asked = (
+        ("fault to detection", [one.detection_s for one in each], fault.detection_s_max),
+        ("detection to succession", [one.succession_s for one in each], SUCCESSION_S_MAX),
+        ("fault to the next leader's first order", [one.ordered_s for one in each], fault.ordered_s_max),
+        ("fault to healing", [one.healed_s for one in each], None),
+    )
+    return [
+        figure(
+            f"{fault}: {name}",
+            "s",
+            [math.inf if time_s is None else time_s for time_s in times_s],
+            aim=None if bound_s is None else Aim(at_most=bound_s),
+        )
+        for name, times_s, bound_s in asked
+    ]
 
 
 def wall_s(entry: Entry) -> float:

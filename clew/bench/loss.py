@@ -10,6 +10,7 @@ from enum import StrEnum
 
 from msgspec import Struct
 
+from clew.bench.result import Aim, Figure, figure
 from clew.percentiles import percentile
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import NO_FAULTS, Plan
@@ -32,6 +33,9 @@ class Reach(StrEnum):
     def kinds(self) -> tuple[MessageKind, ...]:
         """Kinds of messages, as in a fault plan; empty: all kinds."""
         return ("ahead", "behind", "report", "answer", "formation", "plea") if self is Reach.LINKS else ()
+
+
+NAMES = {Reach.LINKS: "messages between robots", Reach.ALL: "all messages"}
 
 
 class Crossing(Struct, frozen=True, kw_only=True):
@@ -92,6 +96,27 @@ def within_bounds(points: Sequence[LossPoint]) -> bool:
         times <= BOUNDS[rate] if rate in BOUNDS else math.isfinite(times)
         for rate, times in slowdowns(points).items()
     )
+
+
+def figures(points: Sequence[LossPoint]) -> list[Figure]:
+    """The rehearsals of each point beside those without loss of the same seeds."""
+    free = {point.reach: _times_s(point.rehearsed) for point in points if point.rate == 0.0}
+    return [
+        figure(
+            f"{100.0 * point.rate:.0f} % of {NAMES[point.reach]} lost",
+            "simulated s",
+            _times_s(point.rehearsed),
+            baselines={"without loss": free[point.reach]} if point.rate else None,
+            aim=_aim(point),
+        )
+        for point in points
+    ]
+
+
+def _aim(point: LossPoint) -> Aim | None:
+    if point.reach is not Reach.LINKS or point.rate not in BOUNDS:
+        return None
+    return Aim(of="without loss", at_most=BOUNDS[point.rate])
 
 
 def table(points: Sequence[LossPoint]) -> str:

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from clew.bench.loss import LossPoint, Reach, median_s, worst_s
+from clew.bench.loss import NAMES, LossPoint, Reach, median_s, worst_s
 from clew.figures.style import BLUE, PAGE_IN, VERMILION, Chart, Look
 
-NAMES = {Reach.LINKS: "messages between robots", Reach.ALL: "all messages"}
 LOOKS = {Reach.LINKS: Look(BLUE, "o", (0, ())), Reach.ALL: Look(VERMILION, "s", (0, (5.0, 1.5)))}
 NEVER_AT = {Reach.LINKS: 0.96, Reach.ALL: 0.9}  # share of the height, so that two marks do not overlap
 HEIGHT_IN = 3.2

@@ -17,6 +17,7 @@ from msgspec import Struct
 from agents.navigation import guidance, step
 from agents.navigation.scan import View
 from agents.strand import leader
+from clew.bench.result import Aim, Figure, figure
 from clew.bench.textbook import Textbook
 from clew.percentiles import percentile
 from clew.rehearsal.rehearsal import Rehearsal
@@ -26,6 +27,7 @@ Clock = Callable[[], float]
 
 SEED = 1  # of every rehearsal; the leader's way hardly depends on it
 MS_PER_S = 1000.0
+RATIO_AIM = 0.5  # of the textbook planner's time
 PARTS: Mapping[str, Sequence[tuple[Any, str]]] = {
     "perceive": ((leader, "look"), (leader, "scan_walls")),
     "certify": ((step, "certified_lengths_m"),),
@@ -139,6 +141,17 @@ def figures(scenes: Sequence[str], measured: Sequence[Sample]) -> PlanFigures:
         parts_cpu={part: _spread([each.parts_s[part] for each in measured]) for part in PARTS},
         textbook_cpu=textbook,
         ratio=plan.median_ms / textbook.median_ms,
+    )
+
+
+def figure_of(found: PlanFigures) -> Figure:
+    """The median plan beside the textbook planner's."""
+    return figure(
+        "a plan",
+        "ms",
+        [found.plan_cpu.median_ms],
+        baselines={"textbook": [found.textbook_cpu.median_ms]},
+        aim=Aim(of="textbook", at_most=RATIO_AIM),
     )
 
 

@@ -2,14 +2,14 @@
 
 Rule 1: each is compared with its lower limit: the same ticks and messages in the same heap, with cores that
         do nothing.
-Rule 2: all runs of one row are the same run and differ only by the machine's other load; the median counts.
+Rule 2: all repeats are the same run, and differ only by the machine's other load.
 """
 
 from collections.abc import Callable
 
 from msgspec import Struct
 
-from clew.percentiles import percentile
+from clew.bench.result import Figure, figure
 from clew.rehearsal.network import Network
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import Plan
@@ -29,38 +29,41 @@ class Speed(Struct, frozen=True, kw_only=True):
     sim_s: float
     messages: int
     """Messages sent, without queries and their answers."""
-    wall_s: float
-    real_times: float
-    """Simulated seconds per wall-clock second."""
-    bare_real_times: float
-    """The same for ticks and messages alone."""
+    wall_s: tuple[float, ...]
+    """Of each repeat."""
+    bare_s: tuple[float, ...]
+    """Of ticks and messages alone, right after each repeat."""
 
 
 def speed(scenario: Scenario, plan: Plan, *, runs: int, wall: Clock) -> Speed:
-    """Time a rehearsal, and its lower limit, in the median of some runs."""
+    """Time a rehearsal and its lower limit, some times."""
     rehearsal = Rehearsal(scenario, SEED, plan).run()  # warms up the caches, and is not timed
     settled = rehearsal.world.tally.settled.values()
     sent = [rehearsal.account.sent, *(robot.sent for robot in settled)]
     messages, sim_s = sum(sum(each.values()) for each in sent), rehearsal.world.now_s
-    wall_s = _median_s(lambda: Rehearsal(scenario, SEED, plan).run(), runs, wall)
-    bare_s = _median_s(lambda: _dispatch(messages, round(sim_s / TICK_S)), runs, wall)
-    return Speed(
-        faults=plan.name,
-        sim_s=sim_s,
-        messages=messages,
-        wall_s=wall_s,
-        real_times=sim_s / wall_s,
-        bare_real_times=sim_s / bare_s,
+    wall_s: list[float] = []
+    bare_s: list[float] = []
+    for _ in range(runs):
+        wall_s.append(_timed_s(lambda: Rehearsal(scenario, SEED, plan).run(), wall))
+        bare_s.append(_timed_s(lambda: _dispatch(messages, round(sim_s / TICK_S)), wall))
+    return Speed(faults=plan.name, sim_s=sim_s, messages=messages, wall_s=tuple(wall_s), bare_s=tuple(bare_s))
+
+
+def figure_of(speed: Speed) -> Figure:
+    """Simulated seconds per wall-clock second."""
+    bare = [speed.sim_s / each for each in speed.bare_s]
+    return figure(
+        f"faults: {speed.faults}",
+        "times real time",
+        [speed.sim_s / each for each in speed.wall_s],
+        baselines={"ticks and messages alone": bare},
     )
 
 
-def _median_s(run: Callable[[], object], runs: int, wall: Clock) -> float:
-    times_s: list[float] = []
-    for _ in range(runs):
-        since_s = wall()
-        run()
-        times_s.append(wall() - since_s)
-    return percentile(times_s, 50)
+def _timed_s(run: Callable[[], object], wall: Clock) -> float:
+    since_s = wall()
+    run()
+    return wall() - since_s
 
 
 def _dispatch(messages: int, ticks: int) -> None:

@@ -1,26 +1,8 @@
-"""`clew bench`: measures how long things take. It is the shell: it reads the clocks."""
-
-import time
-from collections.abc import Iterator, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
+"""`clew bench`: measures how long things take."""
 
 import click
 
 from clew.verbs.group import Late, LateGroup
-from clew.verbs.options import AS_JSON, runs_option
-from clew.verbs.say import say_json, warn
-from protocol.errors import UsageError
-from protocol.faults.plan import NO_FAULTS, uniform
-from protocol.faults.plan import load as load_plan
-from protocol.files.reading import understand
-
-if TYPE_CHECKING:
-    from clew.bench.plan import PlanFigures, Sample
-    from world.scenario.scenario import Scenario
-
-LOSS = 0.3
-FIELD_SEED = 1  # of the fields that are measured by default
 
 
 @click.group(
@@ -30,124 +12,10 @@ FIELD_SEED = 1  # of the fields that are measured by default
         "forming": Late("bench_forming:forming_", "Rehearse queues until they have formed a strand."),
         "healing": Late("bench_healing:healing", "How soon live fleets replace a lost leader."),
         "loss": Late("bench_loss:loss", "How long a fleet takes when messages are lost."),
+        "page": Late("bench_page:page", "Write docs/performance.md from results."),
+        "plan": Late("bench_plan:plan", "Time the plans of leaders, as a whole and by part."),
+        "rehearsal": Late("bench_rehearsal:rehearsal", "Time whole rehearsals."),
     },
 )
 def bench() -> None:
     """Measure how long things take on this machine."""
-
-
-@bench.command()
-@click.option(
-    "--scenes",
-    "roots",
-    multiple=True,
-    type=click.Path(path_type=Path),
-    help="Folder or file with scenes; repeatable. Default: a field of each kind, as `clew field` prints it.",
-)
-@AS_JSON
-def plan(roots: tuple[Path, ...], *, as_json: bool) -> None:
-    """Time every plan that the leaders of some rehearsals make, as a whole and by part.
-
-    For comparison, a textbook planner plans on the same scans: a distance transform, then Dijkstra's
-    algorithm over all open cells of a grid as fine as the leader's. It certifies nothing.
-    """
-    from clew.bench.plan import figures, samples
-
-    names: list[str] = []
-    measured: list[Sample] = []
-    for name, scenario in _asked(roots) if roots else _fields():
-        if scenario.mission().goal is None:
-            raise UsageError(f"{name}: has no goal, but the textbook planner needs one")
-        names.append(name)
-        measured += samples(scenario, cpu=time.process_time, wall=time.perf_counter)
-        click.echo(f"{name}: {len(measured)} plans so far", err=True)
-    if not measured:
-        raise UsageError(f"no leader made a plan in {', '.join(names)}")
-    found = figures(names, measured)
-    if as_json:
-        say_json(found)
-    else:
-        _print(found)
-
-
-@bench.command()
-@click.argument("scenario", default="grove")
-@runs_option("How many rehearsals of each fault plan to time.", default=5)
-@click.option(
-    "--faults",
-    "plans",
-    multiple=True,
-    help="Fault plan, a name or a file; repeatable. Default: no faults, 30 % loss, and the leader killed.",
-)
-@AS_JSON
-def rehearsal(scenario: str, runs: int, plans: tuple[str, ...], *, as_json: bool) -> None:
-    """Time whole rehearsals: simulated seconds per wall-clock second.
-
-    For comparison, the same number of ticks and messages is timed with cores that do nothing (column bare).
-    """
-    from rich.console import Console
-    from rich.table import Table
-
-    from clew.bench.rehearsal import speed
-    from world.scenario.scenario import load
-
-    known = load(scenario)
-    asked = [load_plan(each) for each in plans] or [NO_FAULTS, uniform(loss=LOSS), load_plan("leader-killed")]
-    rows = [speed(known, plan, runs=runs, wall=time.perf_counter) for plan in asked]
-    if as_json:
-        say_json(rows)
-        return
-    table = Table(title=f"Rehearsals of {known.name} with {known.fleet.robots} robots, median of {runs}")
-    for column in ("faults", "simulated [s]", "messages", "wall [s]", "times real time", "bare"):
-        table.add_column(column, justify="left" if column == "faults" else "right")
-    for row in rows:
-        table.add_row(
-            row.faults,
-            f"{row.sim_s:.1f}",
-            f"{row.messages}",
-            f"{row.wall_s:.3f}",
-            f"{row.real_times:.0f}",
-            f"{row.bare_real_times:.0f}",
-        )
-    Console().print(table)
-
-
-def _asked(roots: Sequence[Path]) -> "Iterator[tuple[str, Scenario]]":
-    from clew.campaign.scenes import find_scenes
-    from world.scenario.scenario import load
-
-    for found in find_scenes(roots, None, warn):
-        yield str(found.path), load(str(found.path))
-
-
-def _fields() -> "Iterator[tuple[str, Scenario]]":
-    from clew.fields.field import BUILDERS, Field, scene
-    from clew.fields.kinds import Kind
-    from world.scenario.scenario import Scenario
-    from world.scenario.scene import as_scenario
-
-    for kind in (kind for kind in Kind if kind not in BUILDERS):
-        name = f"field {kind} --seed {FIELD_SEED}"
-        field = scene(Field(kind=kind, seed=FIELD_SEED))
-        yield name, understand(as_scenario(field, name), Scenario, name)
-
-
-def _print(found: "PlanFigures") -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(title=f"{found.plans} plans of {len(found.scenes)} scenes [ms]")
-    table.add_column("")
-    for column in ("median", "90 %", "longest"):
-        table.add_column(column, justify="right")
-    parts = {f"  {part}": spread for part, spread in found.parts_cpu.items()}
-    rows = {
-        "plan, wall": found.plan_wall,
-        "plan, CPU": found.plan_cpu,
-        **parts,
-        "textbook, CPU": found.textbook_cpu,
-    }
-    for name, spread in rows.items():
-        table.add_row(name, f"{spread.median_ms:.2f}", f"{spread.p90_ms:.2f}", f"{spread.max_ms:.2f}")
-    Console().print(table)
-    click.echo(f"The median plan takes {found.ratio:.2f} times as long as that of the textbook planner.")

@@ -13,8 +13,9 @@ import click
 import msgspec
 
 from clew.fleet.live import run_fleet
+from clew.verbs.bench_said import begin
 from clew.verbs.options import AS_JSON, robots_option
-from clew.verbs.say import console, say_json
+from clew.verbs.say import console
 from protocol.asked import terminable
 from protocol.exit_codes import ExitCode
 from protocol.files.toml_text import toml_text
@@ -47,8 +48,9 @@ def busy(
     SCENARIO is one of `clew rehearse`, or `queue`: robots in a straight queue on open ground. Exits with 1
     when a robot was held for dead, a promise was broken, or not all robots arrived.
     """
-    from clew.bench.busy import BusyFigures
+    from clew.bench.busy import BusyFigures, common
 
+    begun = begin("busy", f"Live fleets on {scenario} beside {processes} busy processes. A repeat is a run.")
     runs: list[BusyRun] = []
     with tempfile.TemporaryDirectory(prefix="clew-busy.") as folder, _busy(processes):
         arguments = _arguments(scenario, robots, Path(folder))
@@ -58,7 +60,7 @@ def busy(
     cores = os.cpu_count() or 1
     figures = BusyFigures(busy=processes, cores=cores, load=os.getloadavg()[0], runs=tuple(runs))
     if as_json:
-        say_json(figures)
+        begun.say_json(common(figures), figures)
     else:
         _print(figures)
     ctx.exit(ExitCode.OK if figures.ok else ExitCode.FAILED)

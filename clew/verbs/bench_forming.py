@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from clew.verbs.bench_said import begin
 from clew.verbs.options import AS_JSON
-from clew.verbs.say import console, say_json
+from clew.verbs.say import console
 from protocol.exit_codes import ExitCode
 from protocol.frames import ROBOTS_MAX
 
@@ -24,14 +25,15 @@ def forming_(ctx: click.Context, fleets: tuple[int, ...], *, as_json: bool) -> N
     Prints the CPU seconds, and how many messages each robot has sent until then. Exits with 1 when a queue
     did not form, or one of up to 200 robots took more than 10 CPU seconds.
     """
-    from clew.bench.forming import FLEETS, forming, is_quick
+    from clew.bench.forming import FLEETS, figures, forming, is_quick
 
+    begun = begin("forming", "Queues of robots on open ground, rehearsed until they have formed a strand.")
     rows: list[Forming] = []
     for robots in fleets or FLEETS:
         rows.append(forming(robots, cpu=time.process_time))
         click.echo(f"{robots} robots: {rows[-1].cpu_s:.2f} CPU s", err=True)
     if as_json:
-        say_json(rows)
+        begun.say_json(figures(rows), rows)
     else:
         _print(rows)
     ctx.exit(ExitCode.OK if is_quick(rows) else ExitCode.FAILED)

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import click
 
 from clew.fleet.live import run_fleet
+from clew.verbs.bench_said import begin
 from clew.verbs.options import AS_JSON, runs_option
-from clew.verbs.say import console, say_json, warn
+from clew.verbs.say import console, warn
 from protocol.asked import terminable
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan_text import FAULTS_FILE, plan_text
@@ -35,9 +36,12 @@ def healing(ctx: click.Context, scenario: str, *, runs: int, as_json: bool) -> N
     In half of the runs the leader is killed, in the other half it is frozen. Each run ends as soon as its
     strand drives again. Exits with 1 when a time was over its bound or an event never came.
     """
-    from clew.bench.healing import LeaderFault, figures_of
+    from clew.bench.healing import LeaderFault, common, figures_of
     from world.scenario.scenario import load
 
+    begun = begin(
+        "healing", f"Live fleets on {scenario} lose their leader; wall-clock times. A repeat is a run."
+    )
     load(scenario)  # report a bad scenario once, before any fleet starts
     rows: list[HealingFigures] = []
     for fault in LeaderFault:
@@ -49,7 +53,7 @@ def healing(ctx: click.Context, scenario: str, *, runs: int, as_json: bool) -> N
             click.echo(f"{fault} {run + 1} of {runs}: {measured[-1]}", err=True)
         rows.append(figures_of(fault, measured, loads))
     if as_json:
-        say_json(rows)
+        begun.say_json([each for row in rows for each in common(row)], rows)
     else:
         _print(rows)
     ctx.exit(ExitCode.OK if all(row.ok for row in rows) else ExitCode.FAILED)

@@ -9,9 +9,9 @@ import click
 import msgspec
 
 from clew.fleet.live import run_fleet
+from clew.verbs.bench_said import begin
 from clew.verbs.extras import need
 from clew.verbs.options import AS_JSON, SPEED, runs_option, wall_s_max
-from clew.verbs.say import say_json
 from protocol.asked import terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -53,11 +53,14 @@ def loss(
     promise was broken, or when loss between robots made the fleet take more than 1.1 times as long (at 50 %)
     or 1.5 times (at 75 %), or kept it from arriving at all (at any rate).
     """
-    from clew.bench.loss import RATES, LossPoint, Reach, loss_plan, rehearsed, within_bounds
+    from clew.bench.loss import RATES, LossPoint, Reach, figures, loss_plan, rehearsed, within_bounds
     from clew.manual.parts import with_part
     from world.scenario.scenario import load
 
     known = load(scenario)
+    begun = begin(
+        "loss", f"Time until {known.fleet.robots} robots have crossed {known.name}. A repeat is a seed."
+    )
     if write:
         need("matplotlib", extra="plot", by="figures need")  # fail before the runs, not after them
     points: list[LossPoint] = []
@@ -76,7 +79,7 @@ def loss(
     if write:
         _draw(points, f"{known.fleet.robots} robots, {known.name}")
         DOCUMENT.write_text(with_part(DOCUMENT.read_text(encoding="utf-8"), PART, said), encoding="utf-8")
-    say_json(points) if as_json else click.echo(said)
+    begun.say_json(figures(points), points) if as_json else click.echo(said)
     broken = sum(each.violations for point in points for each in (*point.rehearsed, *point.live))
     ctx.exit(ExitCode.OK if broken == 0 and within_bounds(points) else ExitCode.FAILED)
 

@@ -62,6 +62,7 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
     "mutants": ["mutants --mutant any-order"],
     "explore": ["explore turns --faults 2 --deliveries 20", "explore --without F3"],
     "bench": ["bench plan", "bench healing --runs 6"],
+    "bench page": ["bench page", "bench page one.json other.json --out figures.md"],
     "bench plan": ["bench plan", "bench plan --scenes scenes/ --json"],
     "bench rehearsal": ["bench rehearsal grove --runs 5"],
     "bench busy": ["bench busy grove --processes 16"],

@@ -2,7 +2,7 @@
 
 from msgspec.structs import replace
 
-from clew.bench.busy import BusyFigures, busy_run
+from clew.bench.busy import BusyFigures, busy_run, common
 from tests.support.logs.logs import GOOD
 from world.judge.recovery import Death
 
@@ -29,3 +29,10 @@ def test_a_run_without_a_verdict_is_not_well_and_says_what_the_launcher_said() -
 
 def test_no_runs_are_not_well() -> None:
     assert not BusyFigures(busy=1, cores=2, load=1.0, runs=()).ok
+
+
+def test_the_common_figures_have_a_repeat_for_each_run() -> None:
+    runs = (busy_run(replace(GOOD, deaths=(DEATH,)), (), launcher_s=9.0), busy_run(None, (), launcher_s=60.0))
+    dead, missing, speed, _ = common(BusyFigures(busy=1, cores=2, load=1.0, runs=runs))
+    assert (dead.measured.most, dead.met, missing.met) == (1, True, True)
+    assert (speed.measured.repeats, speed.measured.least) == (2, 0.0)

@@ -29,5 +29,6 @@ def test_the_verb_prints_a_table_or_json() -> None:
     told = clew("bench", "forming", "3", "5")
     assert told.exit_code == 0
     assert "messages per robot" in told.stdout
-    rows = json.loads(clew("bench", "forming", "3", "--json").stdout)
-    assert [row["robots"] for row in rows] == [3]
+    result = json.loads(clew("bench", "forming", "3", "--json").stdout)
+    assert [row["robots"] for row in result["details"]] == [3]
+    assert [each["met"] for each in result["figures"]] == [True, None]

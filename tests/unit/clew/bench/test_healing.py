@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from clew.bench.healing import Healing, LeaderFault, figures_of, healing_in
+from clew.bench.healing import Healing, LeaderFault, common, figures_of, healing_in
 from clew.fleet.live import Ended
 from clew.rehearsal.logbook import NTP64_PER_S
 from protocol.faults.fit import check_fits
@@ -110,6 +110,14 @@ def test_the_median_of_the_first_orders_has_a_bound_where_the_leader_is_killed()
     assert figures_of(LeaderFault.FREEZE, [soon, late, late], [1.0]).ok
 
 
+def test_the_common_figures_say_never_where_an_event_or_the_fault_never_came() -> None:
+    quick = Healing(cause_s=3.0, detection_s=0.4, succession_s=0.2, ordered_s=0.7, healed_s=2.0)
+    figures = common(figures_of(LeaderFault.KILL, [quick, None, quick], [1.0]))
+    assert [each.measured.median for each in figures] == [0.4, 0.2, 0.7, 2.0]
+    assert [each.measured.most for each in figures] == [None] * 4
+    assert [each.met for each in figures] == [True, True, True, None]
+
+
 @pytest.mark.parametrize("fault", LeaderFault)
 def test_each_run_has_the_fault_at_another_moment(fault: LeaderFault) -> None:
     plans = [fault.plan(run) for run in range(20)]
@@ -134,7 +142,9 @@ def test_a_bad_scenario_is_refused_in_one_line_before_any_fleet_starts(
 @pytest.mark.processes
 def test_the_verb_measures_leaders_of_live_fleets() -> None:
     told = clew("bench", "healing", "--runs", "1", "--json")
-    rows = json.loads(told.stdout)
+    result = json.loads(told.stdout)
+    rows = result["details"]
+    assert len(result["figures"]) == 4 * len(rows)
     assert [row["fault"] for row in rows] == ["kill", "freeze"]
     for row in rows:
         assert (row["runs"], row["never"]) == (1, 0)

@@ -112,7 +112,10 @@ def test_the_verb_rehearses_every_rate_of_both_kinds(tmp_path: Path, monkeypatch
     rates = (0.0, *BOUNDS)  # those that it judges by
     monkeypatch.setattr("clew.bench.loss.RATES", rates)
     told = clew("bench", "loss", scene(tmp_path / "posts.json"), "--runs", "1", "--json")
-    said = json.loads(told.stdout)
+    result = json.loads(told.stdout)
+    said = result["details"]
+    assert [each["measured"]["repeats"] for each in result["figures"]] == [1] * len(said)
+    assert [each["aim"] is not None for each in result["figures"]] == [False, True, True, False, False, False]
     assert [(point["reach"], point["rate"]) for point in said] == [
         (reach, rate) for reach in Reach for rate in rates
     ]

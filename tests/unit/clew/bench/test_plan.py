@@ -11,11 +11,9 @@ from agents.navigation.guidance import CELLS_PER_KEEP
 from agents.navigation.scan import View
 from agents.strand.leader import Leader
 from clew.bench.plan import PARTS, SEED, Sample, Stopwatch, figures, samples
-from clew.bench.rehearsal import speed
 from clew.bench.textbook import Textbook
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.arrays import Floats, scan_bearings_rad
-from protocol.faults.plan import uniform
 from protocol.root import ROOT
 from protocol.timeline import StepPlanned
 from tests.support.campaigns import WALL, clew, scene
@@ -115,7 +113,9 @@ def test_the_textbook_planner_goes_straight_on_open_ground_and_never_through_a_w
 
 def test_bench_plan_times_every_part_for_the_named_scenes(tmp_path: Path) -> None:
     path = scene(tmp_path / "near.json", goal=[5.0, 0.0])
-    said = json.loads(clew("bench", "plan", "--scenes", path, "--json").stdout)
+    result = json.loads(clew("bench", "plan", "--scenes", path, "--json").stdout)
+    said = result["details"]
+    assert result["figures"][0]["measured"]["median"] == said["plan_cpu"]["median_ms"]
     assert said["scenes"] == [str(path)]
     assert said["parts_cpu"].keys() == PARTS.keys()
     for spread in (said["plan_cpu"], said["plan_wall"], said["textbook_cpu"], *said["parts_cpu"].values()):
@@ -129,18 +129,3 @@ def test_bench_plan_refuses_a_scenario_without_a_goal() -> None:
     refusal = clew("bench", "plan", "--scenes", ROOT / "launch/scenarios/paper.toml")
     assert refusal.exit_code == 2
     assert "has no goal" in refusal.stderr
-
-
-def test_a_rehearsal_is_timed_as_often_as_asked_and_compared_with_bare_messages() -> None:
-    timed = speed(load("grove"), uniform(loss=0.1), runs=3, wall=ticking())
-    assert (timed.faults, timed.wall_s) == ("uniform", 1.0)
-    assert timed.real_times == timed.bare_real_times == timed.sim_s  # by that clock both take a second
-    assert timed.messages > 10 * 5 * timed.sim_s  # odometry alone
-
-
-def test_the_verb_says_how_fast_rehearsals_are() -> None:
-    told = clew("bench", "rehearsal", "grove", "--runs", "1", "--faults", "loss-50", "--json")
-    assert told.exit_code == 0, told.output
-    (row,) = json.loads(told.stdout)
-    assert row["faults"] == "loss-50"
-    assert min(row["bare_real_times"], row["real_times"]) > 0.0

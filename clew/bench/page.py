@@ -1,0 +1,105 @@
+"""The results of benchmarks as a page of the docs, in Markdown: the missed aims first. Pure."""
+
+from collections.abc import Sequence
+
+from clew.bench.result import Aim, Figure, Result, Spread
+
+HEAD = """# Performance
+
+What Clew costs, beside peers and the bare transport in the same run. `clew bench page` writes this page from
+the files in [docs/performance](performance), which `clew bench ... --json` made. Do not edit it by hand.
+
+A figure is the median of its repeats, with the first and third quartile in brackets. A ratio is the figure
+divided by its baseline, repeat by repeat. A figure is true of its commit and its machine only.
+"""
+ROWS = ("| figure | unit | measured | baseline | ratio | aim | |", "|---|---|---|---|---|---|---|")
+
+
+def page(results: Sequence[Result]) -> str:
+    """The whole page."""
+    return "\n".join([HEAD, *_misses(results), *(line for each in results for line in _section(each))])
+
+
+def said(spread: Spread) -> str:
+    """A spread in words: median, and quartiles where there are several repeats."""
+    if spread.repeats == 1:
+        return said_number(spread.median)
+    return (
+        f"{said_number(spread.median)} ({said_number(spread.quartile)} to {said_number(spread.quartile_3)})"
+    )
+
+
+def said_number(value: float | None) -> str:
+    """A number with three digits that count; None: never."""
+    if value is None:
+        return "never"
+    return f"{value:,.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
+
+
+def said_aim(aim: Aim | None) -> str:
+    """What is to be reached."""
+    if aim is None:
+        return ""
+    bounds = [
+        f"at {word} {bound:g}"
+        for word, bound in (("most", aim.at_most), ("least", aim.at_least))
+        if bound is not None
+    ]
+    return " and ".join(bounds) + (f" of {aim.of}" if aim.of else "")
+
+
+def said_met(figure: Figure) -> str:
+    """Whether the aim is reached."""
+    return {None: "", True: "met", False: "**missed**"}[figure.met]
+
+
+def _misses(results: Sequence[Result]) -> list[str]:
+    missed = [(result, each) for result in results for each in result.figures if each.met is False]
+    asked = sum(each.met is not None for result in results for each in result.figures)
+    lines = ["## Missed aims", "", f"{len(missed)} of {asked} aims are missed.", ""]
+    if missed:
+        rows = [
+            f"| `{result.benchmark}` | {each.name} | {_reached(each)} | {said_aim(each.aim)} |"
+            for result, each in missed
+        ]
+        lines += ["| benchmark | figure | reached | aim |", "|---|---|---|---|", *rows, ""]
+    return lines
+
+
+def _reached(figure: Figure) -> str:
+    """What the aim is compared with."""
+    ratios = {each.name: said(each.ratio) for each in figure.baselines}
+    aimed = figure.aim.of if figure.aim is not None else ""
+    return ratios.get(aimed, f"{said(figure.measured)} {figure.unit}".rstrip())
+
+
+def _section(result: Result) -> list[str]:
+    machine = result.machine
+    versions = ", ".join(f"{name} {version}" for name, version in result.versions.items())
+    repeats = sorted({each.measured.repeats for each in result.figures})
+    return [
+        f"## `clew bench {result.benchmark}`",
+        "",
+        f"{result.about}",
+        "",
+        f"`{result.command}`, {result.at}; repeats: {', '.join(map(str, repeats))}.",
+        f"{machine.cpu}, {machine.cores} cores, {machine.memory_mb / 1000.0:.0f} GB, Linux {machine.kernel}; "
+        f"load {machine.load:g} at the start.",
+        f"{versions}.",
+        "",
+        *ROWS,
+        *(line for each in result.figures for line in _rows(each)),
+        "",
+    ]
+
+
+def _rows(figure: Figure) -> list[str]:
+    """A row for the figure, and one more for each further baseline."""
+    named = [(f"{each.name}: {said(each.measured)}", said(each.ratio)) for each in figure.baselines]
+    compared = named or [("", "")]
+    aim = (said_aim(figure.aim), said_met(figure))
+    cells = [
+        (figure.name, figure.unit, said(figure.measured), *compared[0], *aim),
+        *(("", "", "", *more, "", "") for more in compared[1:]),
+    ]
+    return [f"| {' | '.join(each)} |".replace("|  |", "| |").replace("|  |", "| |") for each in cells]

@@ -1,0 +1,71 @@
+"""How every benchmark says its result: the common JSON, or a table of its figures."""
+
+import shlex
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from clew.verbs.say import console, say_json
+
+if TYPE_CHECKING:
+    from clew.bench.result import Figure, Machine, Result
+
+
+@dataclass(frozen=True, slots=True)
+class Begun:
+    """A benchmark that has begun: what is known before anything is measured."""
+
+    benchmark: str
+    about: str
+    machine: "Machine"
+
+    def result(
+        self, figures: "Sequence[Figure]", details: object = None, packages: Sequence[str] = ()
+    ) -> "Result":
+        """The result; `packages`: further packages whose versions count."""
+        from clew.bench.machine import today, versions
+        from clew.bench.result import Result
+
+        return Result(
+            benchmark=self.benchmark,
+            command=shlex.join(("clew", *sys.argv[1:])),
+            about=self.about,
+            at=today(),
+            machine=self.machine,
+            versions=versions(*packages),
+            figures=tuple(figures),
+            details=details,
+        )
+
+    def say_json(
+        self, figures: "Sequence[Figure]", details: object = None, packages: Sequence[str] = ()
+    ) -> None:
+        """Print the result as JSON."""
+        say_json(self.result(figures, details, packages))
+
+
+def begin(benchmark: str, about: str) -> Begun:
+    """Note the machine and its load, before anything is measured."""
+    from clew.bench.machine import machine
+
+    return Begun(benchmark, about, machine())
+
+
+def print_figures(title: str, figures: "Sequence[Figure]") -> None:
+    """Print figures as a table."""
+    from rich.table import Table
+
+    from clew.bench.page import said, said_aim, said_met
+
+    table = Table(title=title)
+    for column in ("figure", "unit", "median (quartiles)", "baseline", "ratio", "aim", ""):
+        table.add_column(column, justify="left" if column in ("figure", "baseline") else "right")
+    for each in figures:
+        rows = [(f"{base.name}: {said(base.measured)}", said(base.ratio)) for base in each.baselines]
+        first, *more = rows or [("", "")]
+        met = said_met(each).replace("*", "")
+        table.add_row(each.name, each.unit, said(each.measured), *first, said_aim(each.aim), met)
+        for row in more:
+            table.add_row("", "", "", *row, "", "")
+    console().print(table)

@@ -1,0 +1,71 @@
+"""The page of figures: the missed aims first, then every result."""
+
+from pathlib import Path
+
+import msgspec
+from msgspec.structs import replace
+
+from clew.bench.machine import cpu_model
+from clew.bench.page import page
+from clew.bench.result import Aim, Machine, Result, figure
+from tests.support.campaigns import clew
+
+HOP = Result(
+    benchmark="hop",
+    command="clew bench hop --json",
+    about="How long.",
+    at="2026-11-23",
+    machine=Machine(cpu="Chip", cores=2, memory_mb=8000, kernel="6.1", load=1.5),
+    versions={"Python": "3.11"},
+    figures=(
+        figure(
+            "5 robots",
+            "us",
+            [130.0, 150.0, 140.0],
+            baselines={"asyncio": [100.0] * 3, "callback": [70.0] * 3},
+            aim=Aim(of="asyncio", at_most=1.3),
+        ),
+        figure("50 robots", "us", [0.01], aim=Aim(at_most=1.0)),
+    ),
+)
+
+
+def test_a_missed_aim_stands_before_all_results_with_what_was_reached() -> None:
+    before, after = page([HOP]).split("## `clew bench hop`")
+    assert "1 of 2 aims are missed." in before
+    assert "| `hop` | 5 robots | 1.4 (1.3 to 1.5) | at most 1.3 of asyncio |" in before
+    assert "| 5 robots | us | 140 (130 to 150) | asyncio: 100 (100 to 100) | 1.4 (1.3 to 1.5) |" in after
+    assert "**missed** |" in after
+
+
+def test_each_further_baseline_has_a_row() -> None:
+    assert "| callback: 70 (70 to 70) | 2 (1.86 to 2.14) |" in page([HOP])
+
+
+def test_the_page_says_machine_versions_command_and_load() -> None:
+    said = page([HOP])
+    for words in ("Chip, 2 cores, 8 GB, Linux 6.1; load 1.5", "Python 3.11", "`clew bench hop --json`"):
+        assert words in said
+
+
+def test_without_a_missed_aim_there_is_no_table_of_misses() -> None:
+    good = replace(HOP, figures=HOP.figures[1:])
+    assert "0 of 1 aims are missed.\n\n## `clew" in page([good])
+
+
+def test_the_verb_writes_the_page_of_results(tmp_path: Path) -> None:
+    (tmp_path / "hop.json").write_bytes(msgspec.json.encode(HOP))
+    told = clew("bench", "page", tmp_path / "hop.json", "--out", tmp_path / "page.md")
+    assert told.exit_code == 0, told.output
+    assert (tmp_path / "page.md").read_text(encoding="utf-8") == page([HOP])
+
+
+def test_the_verb_refuses_what_is_no_result(tmp_path: Path) -> None:
+    (tmp_path / "other.json").write_text("{}", encoding="utf-8")
+    told = clew("bench", "page", tmp_path / "other.json", "--out", tmp_path / "page.md")
+    assert (told.exit_code, told.stderr.count("\n")) == (2, 1)
+
+
+def test_the_model_of_the_processor_is_read_from_what_linux_tells() -> None:
+    assert cpu_model("processor\t: 0\nmodel name\t: Chip 9\n") == "Chip 9"
+    assert cpu_model("processor\t: 0\n") != ""
