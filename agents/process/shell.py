@@ -85,31 +85,36 @@ async def run(
         SessionLostError: see `open_transport`.
     """
     keys, name = session.keys, robot_name(robot)
-    hear = [
+    incarnation = secrets.token_hex(4)
+    life_number = secrets.randbits(LIFE_BITS) | 1  # never 0, which is of no robot
+    alive = keys.alive(name, incarnation)
+    victim = Victim(robot, sessions, conditions, again=again)
+    hear, watch = heard(keys, name), keys.alive("*", "*")
+    with open_transport(session, hear=hear, answer=[], alive=alive, watch=watch) as transport:
+        shell = Shell(robot, session, transport, incarnation, conditions=conditions, victim=victim)
+        mission = await shell.mission()
+        if mission is None:
+            return ExitCode.FAILED
+        await shell.accept(mission)
+        inputs = None if session.inputs is None else Path(session.inputs)
+        head = Head(robot=robot, incarnation=incarnation, mission=mission, life=life_number, again=again)
+        core = Robot(robot, mission, life=life_number, again=again)
+        return await shell.run(core, open_journal(inputs, head))
+
+
+def heard(keys: Keys, name: str) -> list[str]:
+    """All that a robot listens to, but for tokens."""
+    return [
         keys.link("*", name),
         keys.view("*", name),
         keys.odometry(name),
         keys.logged(name),
         keys.fault(name),
     ]
-    incarnation = secrets.token_hex(4)
-    life_number = secrets.randbits(LIFE_BITS) | 1  # never 0, which is of no robot
-    alive = keys.alive(name, incarnation)
-    victim = Victim(robot, sessions, conditions, again=again)
-    with open_transport(session, hear=hear, answer=[], alive=alive, watch=keys.alive("*", "*")) as transport:
-        life = _Life(robot, session, transport, incarnation, conditions=conditions, victim=victim)
-        mission = await life.mission()
-        if mission is None:
-            return ExitCode.FAILED
-        await life.accept(mission)
-        inputs = None if session.inputs is None else Path(session.inputs)
-        head = Head(robot=robot, incarnation=incarnation, mission=mission, life=life_number, again=again)
-        core = Robot(robot, mission, life=life_number, again=again)
-        return await life.run(core, open_journal(inputs, head))
 
 
-class _Life:
-    """The state of one robot's shell."""
+class Shell:
+    """The shell of one robot in one life of its process."""
 
     def __init__(
         self,

@@ -11,6 +11,7 @@ from clew.verbs.group import Late, LateGroup
         "busy": Late("bench_busy:busy", "Run live fleets beside busy processes."),
         "forming": Late("bench_forming:forming_", "Rehearse queues until they have formed a strand."),
         "healing": Late("bench_healing:healing", "How soon live fleets replace a lost leader."),
+        "hop": Late("bench_hop:hop", "How fast news goes down a strand of processes."),
         "loss": Late("bench_loss:loss", "How long a fleet takes when messages are lost."),
         "page": Late("bench_page:page", "Write docs/performance.md from results."),
         "plan": Late("bench_plan:plan", "Time the plans of leaders, as a whole and by part."),

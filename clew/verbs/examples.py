@@ -68,6 +68,7 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
     "bench busy": ["bench busy grove --processes 16"],
     "bench forming": ["bench forming 5 50"],
     "bench healing": ["bench healing --runs 6"],
+    "bench hop": ["bench hop 5 50", "bench hop --json"],
     "bench loss": ["bench loss --runs 3"],
     "field": ["field circles --seed 3", "field corridors spiral --seed 1-5 --out fields"],
 }

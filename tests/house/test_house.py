@@ -22,11 +22,18 @@ MAY_IMPORT = {
 OWNERS = ("agents/", "protocol/", "world/", "clew/rehearsal/")
 
 ONLY_IN = {
-    "zenoh": {"protocol/network/zenoh_transport.py", "protocol/network/router.py"},
+    # The bare relays are the baseline of `clew bench hop`.
+    "zenoh": {
+        "clew/bench/hop/relay.py",
+        "protocol/network/router.py",
+        "protocol/network/zenoh_transport.py",
+    },
     # The shells, and the two network ends that an event loop waits for. All other code gets the time as an
     # argument.
     "asyncio": {
         "agents/process/host.py",
+        "clew/bench/hop/__main__.py",
+        "clew/bench/hop/relay.py",
         "clew/fleet/parts/processes.py",
         "clew/fleet/prepare.py",
         "clew/fleet/shell.py",
@@ -45,6 +52,8 @@ ONLY_IN = {
     "time": {
         "agents/process/shell.py",
         "clew/api/launched.py",
+        "clew/bench/hop/__main__.py",
+        "clew/bench/hop/relay.py",
         "clew/campaign/episode.py",
         "clew/explore/explore.py",
         "clew/guided/search.py",
