@@ -5,12 +5,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-import msgspec
 
 from clew.verbs.options import AS_JSON
 from clew.verbs.say import say, say_json
 from protocol.errors import UsageError
-from protocol.files.opening import MADE_BYTES_MAX, open_regular, read_bytes
 
 if TYPE_CHECKING:
     from clew.judge.poses import Finding
@@ -26,44 +24,55 @@ def judge_verb(ctx: click.Context, run: Path, scene: Path | None, *, as_json: bo
 
     RUN is the folder of a run, or its events.jsonl; SCENE a scenario or a scene, instead of the scenario in
     the run's header. This judge shares no code with the world's and uses no entry of a robot. It prints the
-    least distances with their times, and where each robot stands at the end.
+    least distances with their times, and where each robot stands at the end. The folder of a run with several
+    fleets has one for each: all are judged, and the distances between them.
 
     Exits with 1 when a promise was broken, the fleet did not arrive, or verdict.json says otherwise.
     """
-    from clew.judge.agree import disagreements
-    from clew.judge.poses import judge
-    from clew.judge.truth import UnreadableError, read_run, read_scene_file, scene_of
-    from world.judge.verdict import VERDICT_FILE
-    from world.record.recorder import EVENTS_FILE
+    from clew.verbs.judged import fleets_in
 
-    folder = run if run.is_dir() else run.parent
+    fleets = fleets_in(run)
+    if fleets and scene is not None:
+        raise UsageError("SCENE: is for a run with one fleet; judge the folder of one fleet with it")
     try:
-        with open_regular(run / EVENTS_FILE if run.is_dir() else run) as lines:
-            read = read_run(lines)
-        finding = judge(scene_of(read, None if scene is None else read_scene_file(scene)), read)
-        wrong = list(disagreements(finding, _verdict(folder))) if (folder / VERDICT_FILE).exists() else None
-    except UnreadableError as error:
-        raise UsageError(f"{run}: {error}") from error
-    except KeyError as error:
-        raise UsageError(f"{folder / VERDICT_FILE}: lacks {error}") from error
+        ok = _judge_all(run, fleets, as_json=as_json) if fleets else _judge_one(run, scene, as_json=as_json)
     except OSError as error:
         raise UsageError(f"{run}: cannot be read: {error.strerror}") from error
-    ok = finding.ok and not wrong
-    if as_json:
-        say_json({"ok": ok, **dataclasses.asdict(finding), "disagreements": wrong})
-    else:
-        _print(finding, wrong, ok=ok)
     ctx.exit(0 if ok else 1)
 
 
-def _verdict(folder: Path) -> dict[str, object]:
-    from clew.judge.truth import UnreadableError
-    from world.judge.verdict import VERDICT_FILE
+def _judge_one(run: Path, scene: Path | None, *, as_json: bool) -> bool:
+    from clew.verbs.judged import judged
 
-    try:
-        return msgspec.json.decode(read_bytes(folder / VERDICT_FILE, MADE_BYTES_MAX), type=dict[str, object])
-    except msgspec.MsgspecError as error:
-        raise UnreadableError(f"{VERDICT_FILE}: {error}") from error
+    one = judged(run, scene)
+    if as_json:
+        say_json({"ok": one.ok, **dataclasses.asdict(one.finding), "disagreements": one.wrong})
+    else:
+        _print(one.finding, one.wrong, ok=one.ok)
+    return one.ok
+
+
+def _judge_all(run: Path, fleets: list[str], *, as_json: bool) -> bool:
+    """Judge a run with several fleets."""
+    from clew.verbs.judged import judged, judged_between
+
+    each = {name: judged(run / name, None) for name in fleets}
+    between, wrong = judged_between(run, each)
+    ok = between.ok and not wrong and all(one.ok for one in each.values())
+    if as_json:
+        said = {name: {"ok": one.ok, **dataclasses.asdict(one.finding)} for name, one in each.items()}
+        say_json({"ok": ok, "fleets": said, **dataclasses.asdict(between), "disagreements": wrong})
+        return ok
+    for name, one in each.items():
+        say(f"fleet {name}:")
+        _print(one.finding, one.wrong, ok=one.ok)
+    say(f"nearest between fleets: {between.nearest or 'none'}")
+    for contact in between.contacts:
+        say(f"contact: {contact}")
+    for difference in wrong or ():
+        say(f"the verdict differs: {difference}")
+    say(f"{'OK' if ok else 'FAILED'}: {len(each)} fleets, {len(between.contacts)} contacts between them")
+    return ok
 
 
 def _print(finding: "Finding", wrong: list[str] | None, *, ok: bool) -> None:

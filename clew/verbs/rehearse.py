@@ -1,6 +1,7 @@
 """`clew rehearse`: runs a whole fleet in one process, in virtual time."""
 
 import secrets
+from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import click
 from clew.fleet.folder import RUNS, folder_name, make_folder, make_latest
 from clew.verbs.options import AS_JSON, DEPLOYMENT, FAULTS, LAW, ONE_SEED, OUT, SCENARIO, TIME, robots_option
 from clew.verbs.say import warn
+from protocol.errors import UsageError
 from protocol.faults.plan import NO_FAULTS
 from protocol.faults.plan import load as load_plan
 
@@ -40,25 +42,49 @@ def rehearse(
     """Run a whole fleet in this process, in virtual time.
 
     The same seed gives the same timeline, to the byte. SCENARIO is a name in launch/scenarios/ or a file. The
-    run's folder, the summary and the exit code are those of launch/fleet.sh.
+    run's folder, the summary and the exit code are those of launch/fleet.sh. With several fleets, the folder
+    has one for each of them, and options apply to each.
     """
     from clew.fleet.summary import report
+    from clew.fleet.together import report_together
     from clew.log import timeline
+    from clew.rehearsal.fleets import rehearse_fleets
     from clew.rehearsal.processes import check_rehearsable
     from clew.rehearsal.recorded import rehearse as rehearse_into
     from world.judge.verdict import VERDICT_FILE
+    from world.scenario.fleets import has_several, load_fleets
     from world.scenario.scenario import load
 
-    loaded = load(scenario, robots=robots, law=law, deployment=deployment, time_s_max=time_s_max, seed=seed)
     plan = NO_FAULTS if faults is None else load_plan(faults)
-    check_rehearsable(plan, loaded.mission())
-    folder = out or RUNS / folder_name(datetime.now(UTC), loaded.name, secrets.token_hex(2))
+    if has_several(scenario):
+        if deployment is not None:
+            raise UsageError("--deployment: is for a scenario with one fleet")
+        shared = load_fleets(scenario, robots=robots, law=law, time_s_max=time_s_max)
+        name, missions = shared.name, [each.mission() for each in shared.scenarios().values()]
+    else:
+        loaded = load(
+            scenario, robots=robots, law=law, deployment=deployment, time_s_max=time_s_max, seed=seed
+        )
+        shared, name, missions = None, loaded.name, [loaded.mission()]
+    for mission in missions:
+        check_rehearsable(plan, mission)
+    folder = out or RUNS / folder_name(datetime.now(UTC), name, secrets.token_hex(2))
     make_folder(folder)
     if out is None:
         make_latest(folder)
-    verdict = rehearse_into(loaded, seed, folder, lambda said: warn(f"rehearsal: {said}"), plan)
+    said: Iterable[str]
+    if shared is None:
+        verdict = rehearse_into(loaded, seed, folder, _say, plan)
+        code, said = verdict.exit_code, report(str(folder), timeline.read(folder), verdict)
+    else:
+        together = rehearse_fleets(shared, seed, folder, _say, plan)
+        code, said = together.exit_code, report_together(str(folder), together)
     if as_json:
         click.echo((folder / VERDICT_FILE).read_text(encoding="utf-8"), nl=False)
     else:
-        click.echo("\n".join(report(str(folder), timeline.read(folder), verdict)))
-    ctx.exit(verdict.exit_code)
+        click.echo("\n".join(said))
+    ctx.exit(code)
+
+
+def _say(said: str) -> None:
+    warn(f"rehearsal: {said}")

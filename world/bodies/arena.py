@@ -9,7 +9,7 @@ Rule 5: odometry of a body is numbered. A resumed world continues above every nu
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 
 import numpy as np
@@ -100,6 +100,10 @@ class Arena:
     def stood_s(self) -> float:
         """For how long every body has stood."""
         return 0.0 if self.bodies.moving.any() else self.now_s - self.moved_s
+
+    def share_ground(self, others: Callable[[], Floats]) -> None:
+        """Share the ground with other fleets: their hulls now, x, y, radius (k, 3) [world frame]."""
+        self._sensor.share_ground(others)
 
     def note(self, record: Record) -> Note:
         """A record with the present time."""

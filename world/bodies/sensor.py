@@ -1,6 +1,6 @@
 """The range sensor of every body; it is read only when its robot asks."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -25,6 +25,11 @@ class Sensor:
         self._sigma_m = scenario.sensor.range_sigma_m
         self._error_m_max = scenario.range_error_m_max
         self._range_m_max = scenario.range_m_used
+        self._others: Callable[[], Floats] | None = None
+
+    def share_ground(self, others: Callable[[], Floats]) -> None:
+        """See the hulls of other fleets, too: x, y, radius (k, 3) [world frame], as they are now."""
+        self._others = others
 
     def read(
         self, body: int, pose: Pose, places_m: Floats, *, fence: Fence, now_s: float, revolutions: int
@@ -32,12 +37,13 @@ class Sensor:
         """The scan of one body at this time and fence, with all bodies at these places [world frame]."""
         rays = self.directions * max(1, min(revolutions, RAYS_MAX // self.directions))
         others_m = np.delete(places_m, body, axis=0)
+        discs = np.column_stack((others_m, np.full(len(others_m), self._radius_m)))
         ranges_m = cast(
             self._movers.among(self._ground, now_s),
             places_m[body],
             scan_bearings_rad(rays),
             range_m_max=self._range_m_max,
-            discs=np.column_stack((others_m, np.full(len(others_m), self._radius_m))),
+            discs=discs if self._others is None else np.vstack((discs, self._others())),
         )
         ranges_m = noisy(
             ranges_m,

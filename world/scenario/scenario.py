@@ -208,6 +208,8 @@ def load(
     path = find(name_or_path)
     said = read(path, name_or_path)
     raw = scene.as_scenario(said, name_or_path) if path.suffix == ".json" else said
+    if isinstance(raw.get("fleet"), list):
+        raise UsageError(f"{name_or_path}: has several fleets, which only `clew rehearse` takes")
     changes = _override(
         raw,
         ("-n", "fleet", "robots", robots),

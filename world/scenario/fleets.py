@@ -1,0 +1,182 @@
+"""Several fleets on one ground: a scenario file whose `fleet` is a list, and the scenario of each fleet.
+
+Rule 1: each fleet gets a scenario of its own, as if it were alone; its `obstacle_speed_mps_max` is at least
+        the speed of the robots. So the other fleets' robots are moving obstacles to it.
+Rule 2: the law certifies every step: without scans while driving no robot keeps off another fleet.
+Rule 3: the sensor is sure to show every other hull within the range in use.
+"""
+
+from collections.abc import Iterator
+from itertools import combinations
+from math import dist
+from typing import Annotated, Any
+
+from msgspec import Meta, Struct, ValidationError, convert, field, to_builtins
+
+from protocol.errors import UsageError
+from protocol.files.reading import read, understand
+from protocol.frames import ROBOTS_MAX, Speed
+from protocol.mission import Bounds
+from world.geometry.moving import Moving
+from world.geometry.shapes import Circle, Shape
+from world.scenario.budget import sure_range_m
+from world.scenario.reading import find
+from world.scenario.scenario import Scenario
+from world.scenario.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
+
+FLEETS_MAX = 100
+FleetName = Annotated[str, Meta(pattern=r"^[a-z][a-z0-9-]*$", max_length=32)]
+ROUNDING_M = 1e-9
+
+
+class NamedFleet(Fleet, frozen=True, kw_only=True):
+    """One of several fleets: as `[fleet]`, with a name and a goal of its own."""
+
+    name: Annotated[FleetName, Meta(description="its name, and that of its folder in the run's")]
+    goal: Annotated[Goal, Meta(description="the goal of its leader")]
+
+
+class SharedGround(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A scenario with several fleets; every other field is that of a scenario, and counts for all of them."""
+
+    name: Annotated[str, Meta(min_length=1, max_length=200)]
+    description: Text = ""
+    fleets: Annotated[tuple[NamedFleet, ...], Meta(min_length=2, max_length=FLEETS_MAX)] = field(name="fleet")
+    law: LawSection
+    sensor: SensorSection
+    drive: DriveSection
+    time: TimeSection
+    bounds: Bounds | None = None
+    obstacles: Annotated[tuple[Shape, ...], Meta(max_length=10_000)] = field(default=(), name="obstacle")
+    moving: Annotated[tuple[Moving, ...], Meta(max_length=1000)] = ()
+    obstacle_speed_mps_max: Speed | None = None
+
+    def __post_init__(self) -> None:
+        for refusal in self._refusals():
+            raise ValueError(refusal)
+
+    def _refusals(self) -> Iterator[str]:
+        names = [each.name for each in self.fleets]
+        for row, name in enumerate(names):
+            if name in names[:row]:
+                yield f"$.fleet[{row}].name: must be another than those before it, got {name!r}"
+        robots = sum(each.robots for each in self.fleets)
+        if robots > ROBOTS_MAX:
+            yield f"$.fleet: must have at most {ROBOTS_MAX} robots together, got {robots}"
+        if not self.law.promises_clearance:
+            yield f"$.law.law: must be one that certifies steps beside other fleets, got {self.law.law!r}"
+        for (one, first), (other, second) in combinations(enumerate(self.fleets), 2):
+            yield from self._too_near(one, first, other, second)
+
+    def _too_near(self, one: int, first: NamedFleet, other: int, second: NamedFleet) -> Iterator[str]:
+        """Robots of two fleets start so far apart that each may move; so are the goals."""
+        least_m = first.robot_radius_m + second.robot_radius_m + self.law.epsilon_m
+        if _unplaced(first) or _unplaced(second):
+            return  # the scenario of that fleet is refused
+        for robot, here in enumerate(second.poses(), start=1):
+            for there in first.poses():
+                apart_m = dist((here.x_m, here.y_m), (there.x_m, there.y_m))
+                if apart_m < least_m - ROUNDING_M:
+                    yield (
+                        f"$.fleet[{other}]: robot {robot} must start >= {least_m:g} m from every robot of "
+                        f"fleet[{one}], got {apart_m:.6g} m"
+                    )
+        apart_m = dist(first.goal.at_m, second.goal.at_m)
+        if apart_m < least_m - ROUNDING_M:
+            yield f"$.fleet[{other}].goal: must be >= {least_m:g} m from fleet[{one}]'s, got {apart_m:.6g} m"
+
+    @property
+    def speed_mps_max(self) -> float:
+        """What every fleet has to expect of anything that moves (rule 1)."""
+        said = self.obstacle_speed_mps_max
+        of_tracks = max((each.speed_mps_max for each in self.moving), default=0.0)
+        return max(self.drive.speed_mps, of_tracks if said is None else said)
+
+    def scenarios(self) -> dict[str, Scenario]:
+        """The scenario of each fleet, by name, in the file's order.
+
+        Raises:
+            ValueError: it is invalid; the message begins with the path.
+        """
+        shared = to_builtins(self)
+        del shared["fleet"]
+        made = {}
+        for row, each in enumerate(self.fleets):
+            own = to_builtins(each)
+            goal, name = own.pop("goal"), own.pop("name")
+            raw = shared | {
+                "name": f"{self.name}: {name}",
+                "fleet": own,
+                "goal": goal,
+                "obstacle_speed_mps_max": self.speed_mps_max,
+            }
+            try:
+                scenario = convert(raw, Scenario)
+            except ValidationError as error:
+                raise ValueError(f"{error} (fleet[{row}], {name})") from error
+            self._check_sight(row, each, scenario)
+            made[name] = scenario
+        return made
+
+    def _check_sight(self, row: int, fleet: NamedFleet, scenario: Scenario) -> None:
+        """Rule 3."""
+        others = [each.robot_radius_m for each in self.fleets if each is not fleet]
+        radius_m = min(others)
+        thin = [Circle(centre_m=(0.0, 0.0), radius_m=radius_m)] if radius_m > 0.0 else []
+        sure_m = sure_range_m(thin, scenario.rays) if thin else 0.0
+        if sure_m < scenario.range_m_used:
+            raise ValueError(
+                f"$.sensor: must be sure of hulls with a radius of {radius_m:g} m out to its range, "
+                f"{scenario.range_m_used:g} m, got {sure_m:.6g} m with {scenario.rays} directions "
+                f"(fleet[{row}], {fleet.name})"
+            )
+
+
+def _unplaced(fleet: Fleet) -> bool:
+    return fleet.places is None and (fleet.start is None or fleet.spacing_m is None)
+
+
+def has_several(name_or_path: str) -> bool:
+    """Whether a scenario file has several fleets.
+
+    Raises:
+        UsageError: it cannot be read.
+    """
+    path = find(name_or_path)
+    return path.suffix != ".json" and isinstance(read(path, name_or_path).get("fleet"), list)
+
+
+def load_fleets(
+    name_or_path: str,
+    *,
+    robots: int | None = None,
+    law: str | None = None,
+    time_s_max: float | None = None,
+) -> SharedGround:
+    """Load a scenario with several fleets.
+
+    Args:
+        name_or_path: as `scenario.load` takes it.
+        robots: overrides the number of robots of each fleet.
+        law: overrides the law of all.
+        time_s_max: overrides the time limit.
+
+    Raises:
+        UsageError: it is invalid; one line says why.
+    """
+    raw = read(find(name_or_path), name_or_path)
+    for section, key, value in (("law", "law", law), ("time", "time_s_max", time_s_max)):
+        _put(raw.get(section), key, value)
+    for each in raw.get("fleet", ()):
+        _put(each, "robots", robots)
+    shared = understand(raw, SharedGround, name_or_path)
+    try:
+        shared.scenarios()
+    except ValueError as error:
+        raise UsageError(f"{name_or_path}: {error}") from error
+    return shared
+
+
+def _put(section: Any, key: str, value: object) -> None:  # noqa: ANN401 - a part of a file, unchecked
+    if value is not None and isinstance(section, dict):
+        section[key] = value
