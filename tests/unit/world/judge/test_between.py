@@ -1,0 +1,95 @@
+"""The monitor between fleets, and the second judge on the same ways."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from clew.judge.between import judge_between
+from clew.judge.truth import Floats, Run, Scene
+from world.judge.between import Between
+
+RADIUS_M, STEP_M = 0.1, 0.02
+FLEETS = {"a": (2, RADIUS_M), "b": (1, RADIUS_M)}
+
+
+def watched(ways_m: Floats) -> Between:
+    """What the monitor finds of ways (ticks + 1, 3, 2): two robots of a, one of b."""
+    between = Between(FLEETS)
+    for tick, (starts_m, ends_m) in enumerate(zip(ways_m, ways_m[1:], strict=False), start=1):
+        between.watch(starts_m, ends_m, t_s=0.02 * tick)
+    return between
+
+
+def head_on(aside_m: float) -> Floats:
+    """Robot 1 of each fleet drives towards the other's start, past each other so far aside."""
+    x = np.linspace(0.0, 2.0, 101)
+    stands = np.tile([0.0, 9.0], (101, 1))
+    return np.stack(
+        [np.stack([x, 0.0 * x], axis=1), stands, np.stack([2.0 - x, 0.0 * x + aside_m], axis=1)], axis=1
+    )
+
+
+def test_two_robots_that_pass_have_the_distance_at_which_they_pass() -> None:
+    least = watched(head_on(0.3)).least
+    assert least is not None
+    assert least.distance_m == pytest.approx(0.1)
+    assert (least.fleet, least.robot, least.other_fleet, least.other) == ("a", 1, "b", 1)
+    assert least.t_s == pytest.approx(1.0, abs=0.021)
+
+
+def test_a_contact_counts_once_and_robots_of_one_fleet_do_not_count() -> None:
+    between = watched(head_on(0.19))
+    assert [(each.fleet, each.robot, each.other) for each in between.contacts] == [("a", 1, 1)]
+    together = head_on(5.0)
+    together[:, 1] = together[:, 0]  # both robots of a in one place: S2 of that fleet judges them
+    assert watched(together).contacts == []
+
+
+def test_robots_that_meet_between_two_looks_are_found() -> None:
+    ways = np.array([[[0.0, 0.0], [0.0, 9.0], [1.0, 0.05]], [[1.0, 0.0], [0.0, 9.0], [0.0, 0.05]]])
+    assert len(watched(ways).contacts) == 1
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_leaving_out_far_pairs_changes_nothing_and_the_second_judge_agrees(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    headings = random.uniform(-math.pi, math.pi, (60, 3)).cumsum(axis=0) / 8.0
+    steps_m = STEP_M * random.integers(0, 2, (60, 3, 1)) * np.stack([np.cos(headings), np.sin(headings)], -1)
+    starts_m = random.uniform(-0.7, 0.7, (1, 3, 2))
+    ways_m = np.concatenate([starts_m, starts_m + steps_m.cumsum(axis=0)])
+    found = watched(ways_m)
+    every = Between(FLEETS)
+    least_m = math.inf
+    for one, other in zip(ways_m, ways_m[1:], strict=False):
+        tick = Between(FLEETS)
+        tick.watch(one, other, t_s=0.0)
+        assert tick.least is not None
+        least_m = min(least_m, tick.least.distance_m)
+        every.watch(one, other, t_s=0.0)
+    assert found.least is not None
+    assert found.least.distance_m == pytest.approx(least_m, abs=1e-12)
+    times = 0.02 * np.arange(len(ways_m))[:, None]
+    rows = [np.hstack([times, ways_m[:, row]]) for row in range(3)]
+    scene = Scene(
+        obstacles=(),
+        movers=(),
+        bounds=None,
+        goal_m=None,
+        goal_m_max=math.inf,
+        radius_m=RADIUS_M,
+        clearance_m=0.0,
+        separation_m=0.0,
+        behind_m_max=1.0,
+        speed_mps_max=1.0,
+    )
+    runs = {
+        "a": (scene, Run(poses={1: rows[0], 2: rows[1]}, harmed=frozenset(), scenario={})),
+        "b": (scene, Run(poses={1: rows[2]}, harmed=frozenset(), scenario={})),
+    }
+    second = judge_between(runs)
+    assert second.nearest is not None
+    assert second.nearest.distance_m == pytest.approx(least_m, abs=1e-9)
+    assert len(second.contacts) == len(found.contacts)
