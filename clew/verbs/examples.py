@@ -9,7 +9,11 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
         "run paper --speed max",
         "run grove -n 50 --seed 7 --faults leader-killed --view",
     ],
-    "rehearse": ["rehearse grove -n 8 --seed 7", "rehearse my.toml --faults my.faults.toml --out runs/mine"],
+    "rehearse": [
+        "rehearse grove -n 8 --seed 7",
+        "rehearse my.toml --faults my.faults.toml --out runs/mine",
+        "rehearse crossing",
+    ],
     "ls": ["ls", "ls runs/* --delete", "ls runs/latest --delete --yes"],
     "fault": ["fault runs/latest kill leader", "fault runs/latest stop"],
     "fault kill": ["fault runs/latest kill leader", "fault runs/latest kill middle --robots 2"],

@@ -13,8 +13,9 @@ from clew.rehearsal.fleets import RecordedFleets, seed_of
 from clew.rehearsal.recorded import Recorded
 from protocol.arrays import Floats
 from protocol.faults.plan import NO_FAULTS, uniform
-from tests.support.fleets import EAST_M, HEAD_ON, LANE_M, WEST_M, fleet, rehearsed, shared
+from protocol.files.toml_text import toml_text
 from tests.support.campaigns import clew
+from tests.support.fleets import EAST_M, HEAD_ON, LANE_M, WEST_M, fleet, raw, rehearsed, shared
 from world.bodies.sensor import Sensor
 from world.scenario.fleets import SharedGround
 
@@ -85,6 +86,25 @@ def test_a_fleet_that_has_arrived_stands_in_the_way_of_the_others_and_is_not_tou
     said = json.loads((tmp_path / "verdict.json").read_bytes())
     assert said["ok"], said["reason"]
     assert said["fleets"]["early"]["sim_s"] < said["fleets"]["late"]["sim_s"]
+
+
+def test_the_verb_rehearses_all_fleets_and_says_which_one_failed(tmp_path: Path) -> None:
+    (path := tmp_path / "meeting.toml").write_text(toml_text(raw()))
+    said = clew("rehearse", path, "-n", "1", "--time-s-max", "1", "--out", tmp_path / "run")
+    assert said.exit_code == 1
+    lines = said.stdout.splitlines()
+    assert lines[0].startswith("east: FAILED: ")
+    assert lines[-1].startswith("FAILED: east: ")
+    assert lines[-1].endswith(f"Run: {tmp_path / 'run'}")
+    verdict = json.loads((tmp_path / "run" / "verdict.json").read_bytes())
+    assert [each["robots"] for each in verdict["fleets"].values()] == [1, 1]
+    assert clew("rehearse", path, "--deployment", "random", "--out", tmp_path / "no").exit_code == 2
+    assert (
+        clew(
+            "rehearse", tmp_path / "run" / "scenario.toml", "--time-s-max", "1", "--out", tmp_path / "again"
+        ).exit_code
+        == 1
+    )
 
 
 # --- each premise of docs/fleets.md is needed ---------------------------------------------------------

@@ -63,7 +63,7 @@ def shared(*fleets: dict[str, Any], **more: Any) -> SharedGround:  # noqa: ANN40
 def rehearsed(
     ground: SharedGround, folder: Path, *, seed: int = 1, plan: Plan = NO_FAULTS, until_s: float = math.inf
 ) -> RecordedFleets:
-    """A rehearsal until all runs have been judged, until then, or until two fleets touch; its files are closed."""
+    """A rehearsal until it has been judged, until this time, or until two fleets touch; its files are closed."""
     with RecordedFleets(ground, seed, folder, plan) as recorded:
         for now_s in recorded.ticks():
             if recorded.ground.between.contacts or now_s >= until_s:

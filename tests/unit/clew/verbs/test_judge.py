@@ -73,3 +73,41 @@ def test_a_verdict_that_lacks_a_field_is_refused_in_one_line(run: Path) -> None:
     (run / "verdict.json").write_text("{}")
     said = clew("judge", run)
     assert (said.exit_code, said.stderr.count("\n")) == (2, 1)
+
+
+@pytest.fixture
+def fleets(tmp_path: Path) -> Path:
+    """A run with two fleets of one robot, without verdicts; both have arrived, 0.1 m apart on the way."""
+    for name, y_m in (("east", 0.0), ("west", 0.3)):
+        (folder := tmp_path / name).mkdir()
+        lines = written(poses(1, (0.0, 3.0, y_m), (2.0, 4.0, 0.0)), scenario())
+        (folder / "events.jsonl").write_bytes(b"".join(lines))
+    return tmp_path
+
+
+def test_fleets_of_one_run_are_judged_each_and_against_each_other(fleets: Path) -> None:
+    said = clew("judge", fleets)
+    assert said.exit_code == 1
+    last = said.stdout.splitlines()[-3:]
+    assert last[0].startswith("nearest between fleets: robot 1 of east and robot 1 of west: -0.2000 m")
+    assert last[1].startswith("contact: robot 1 of east and robot 1 of west")
+    assert last[2] == "FAILED: 2 fleets, 1 contacts between them"
+    assert said.stdout.splitlines()[0] == "fleet east:"
+
+
+def test_a_verdict_on_fleets_that_says_something_better_is_refuted(fleets: Path) -> None:
+    verdict = {"ok": True, "between_m_min": 0.1, "contact_count": 0, "fleets": {"east": {}, "south": {}}}
+    (fleets / "verdict.json").write_text(json.dumps(verdict))
+    wrong = json.loads(clew("judge", fleets, "--json").stdout)["disagreements"]
+    assert [each.split(",")[0].split(" is ")[0] for each in wrong] == [
+        "between_m_min",
+        "contact_count",
+        "fleets are east",
+        "ok",
+    ]
+
+
+def test_a_scene_is_for_one_fleet(fleets: Path) -> None:
+    refused = clew("judge", fleets, "grove.toml")
+    assert refused.exit_code == 2
+    assert "judge the folder of one fleet with it" in refused.stderr

@@ -1,6 +1,7 @@
 """The monitor between fleets, and the second judge on the same ways."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ FLEETS = {"a": (2, RADIUS_M), "b": (1, RADIUS_M)}
 def watched(ways_m: Floats) -> Between:
     """What the monitor finds of ways (ticks + 1, 3, 2): two robots of a, one of b."""
     between = Between(FLEETS)
-    for tick, (starts_m, ends_m) in enumerate(zip(ways_m, ways_m[1:], strict=False), start=1):
+    for tick, (starts_m, ends_m) in enumerate(pairwise(ways_m), start=1):
         between.watch(starts_m, ends_m, t_s=0.02 * tick)
     return between
 
@@ -63,7 +64,7 @@ def test_leaving_out_far_pairs_changes_nothing_and_the_second_judge_agrees(seed:
     found = watched(ways_m)
     every = Between(FLEETS)
     least_m = math.inf
-    for one, other in zip(ways_m, ways_m[1:], strict=False):
+    for one, other in pairwise(ways_m):
         tick = Between(FLEETS)
         tick.watch(one, other, t_s=0.0)
         assert tick.least is not None
