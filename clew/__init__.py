@@ -1,6 +1,6 @@
 """Clew: drive, break and understand fleets of robots. `docs/python.md`.
 
-    run = clew.rehearse("grove", robots=6, seed=7, faults=[clew.drop("ahead", p=0.3)])
+    run = clew.rehearse("grove", robots=5, seed=7, faults=[clew.drop("ahead", p=0.3)])
     with clew.launch("grove", speed="max") as fleet:            # real processes
         fleet.until("step.planned", step=2)
         run = fleet.finish()

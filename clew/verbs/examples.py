@@ -7,10 +7,10 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
     "run": [
         "run",
         "run paper --speed max",
-        "run grove -n 50 --seed 7 --faults leader-killed --view",
+        "run paper -n 50 --law certified --seed 7 --faults leader-killed --view",
     ],
     "rehearse": [
-        "rehearse grove -n 8 --seed 7",
+        "rehearse paper -n 8 --law certified --seed 7",
         "rehearse my.toml --faults my.faults.toml --out runs/mine",
         "rehearse crossing",
     ],

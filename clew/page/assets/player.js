@@ -101,6 +101,12 @@ const KEYS_HELP = [
     act: (app) => (app.panes.forEach((pane) => pane.fitRobots()), app.show()),
   },
   { keys: ["g"], names: "g", does: "the map follows the chosen robot, or the leader; again: it stays", act: (app) => app.watch() },
+  {
+    keys: ["x", "X"],
+    names: "x",
+    does: "says what is on the map: the next robot, obstacle or goal; with Shift the one before",
+    act: (app, _, key) => app.panes[app.focus].explore(key === "x" ? 1 : -1),
+  },
   { keys: ["l"], names: "l", does: "the legend of the map", act: () => byId("map-legend").click() },
   {
     keys: ["c"],
@@ -130,6 +136,7 @@ function listenToKeys(app, player) {
     const help = /** @type {HTMLDialogElement} */ (byId("help"));
     if (!found || (help.open && !found.keys.includes("?"))) return;
     event.preventDefault();
+    if (!found.keys.includes("x")) hideTip(); // it is of the time before
     if (arrow) app.seek(app.time + arrow * (event.shiftKey ? 1 : 0.1));
     else found.act(app, player, event.key);
   });

@@ -8,6 +8,7 @@ class Pane {
     this.view = new View();
     this.ground = new Still();
     this.fitted = 0; // what the app had refreshed then
+    this.explored = -1; // the thing that keys have led to; -1: none yet
     this.figure = document.createElement("figure");
     this.figure.className = "pane";
     this.canvas = document.createElement("canvas");
@@ -67,7 +68,7 @@ class Pane {
       this.caption.textContent = `${"ABCDEFGH"[this.index]}  ${run.subject?.folder || run.subject?.run || ""}  ${word}  t = ${t.toFixed(2)} s, ${stepWords(run, t)}`;
       this.figure.classList.toggle("chosen", app.focus === this.index);
     }
-    const name = `Map of run ${run.subject?.run ?? ""}: ${run.bodies.size} robots`;
+    const name = `Map of run ${run.subject?.run ?? ""}: ${run.bodies.size} robots; x says what is on it, one thing after the other`;
     if (this.canvas.getAttribute("aria-label") !== name) this.canvas.setAttribute("aria-label", name);
   }
 
@@ -152,6 +153,22 @@ class Pane {
     body?.goTo(t);
     if (!body || Number.isNaN(body.x)) return;
     Object.assign(view, { x: body.x, y: body.y, isFitted: false });
+  }
+
+  /** Go on to the next thing on the map, or back, and say what it is. @param {number} by 1 or -1 */
+  explore(by) {
+    const { run, view, canvas } = this;
+    const t = this.app.timeOf(this.index);
+    run.goTo(t);
+    const places = [
+      ...run.robots.map((robot) => run.body(robot)).filter(({ x }) => !Number.isNaN(x)),
+      ...run.scenario.obstacle.map(middleOf),
+      ...(run.scenario.goal ? [{ x: run.scenario.goal.at_m[0], y: run.scenario.goal.at_m[1] }] : []),
+    ];
+    this.explored = (this.explored + by + places.length) % places.length;
+    const [x, y] = view.toScreen(places[this.explored].x, places[this.explored].y);
+    const { left, top } = canvas.getBoundingClientRect();
+    showTip(sayMap(this, x, y), left + x, top + y);
   }
 
   /** The robot there; 0: none. @param {number} px @param {number} py @param {number} [around] px */

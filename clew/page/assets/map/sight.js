@@ -22,7 +22,7 @@ function drawSight({ context, view, run, t, px, plans }) {
   context.setLineDash([]);
   context.globalAlpha = 1;
   const chosen = ends[steps.gap[row]];
-  if (chosen) drawGap(context, view, px, chosen[0], chosen[1], gaps[steps.gap[row]].width_m);
+  if (chosen) drawGap(context, view, run, px, chosen[0], chosen[1], gaps[steps.gap[row]].width_m);
   drawHeading(context, px, [steps.x_m[row], steps.y_m[row]], pair(steps.target[row]));
 }
 
@@ -44,15 +44,29 @@ function diamond(context, x, y, reach) {
   context.fill();
 }
 
-/** The gap that was aimed at, with its width. @param {CanvasRenderingContext2D} context @param {View} view @param {number} px @param {number[]} right @param {number[]} left @param {number} width */
-function drawGap(context, view, px, right, left, width) {
+/** The gap that was aimed at, with its width. @param {CanvasRenderingContext2D} context @param {View} view @param {Run} run @param {number} px @param {number[]} right @param {number[]} left @param {number} width */
+function drawGap(context, view, run, px, right, left, width) {
   context.strokeStyle = colour.good;
   context.lineWidth = 2.5 * px;
   stroke(context, right, left);
   onScreen(context, () => {
-    const [x, y] = view.toScreen((right[0] + left[0]) / 2, (right[1] + left[1]) / 2);
-    label(context, x, y - 10, `gap ${width.toFixed(2)} m`, colour.good);
+    const [x, y] = freePlace(view, run, right, left);
+    label(context, x, y, `gap ${width.toFixed(2)} m`, colour.good);
   });
+}
+
+const LABEL_PX = { half: 45, high: 16, off: 10 }; // half the width of a gap's label with a robot's number; how high; how far off
+
+/** Where the label of a gap stands on no robot: by its middle or, failing that, beyond an end. @param {View} view @param {Run} run @param {number[]} right @param {number[]} left @returns {number[]} px */
+function freePlace(view, run, right, left) {
+  const [one, other] = [view.toScreen(right[0], right[1]), view.toScreen(left[0], left[1])];
+  const [x, y] = [(one[0] + other[0]) / 2, (one[1] + other[1]) / 2];
+  const beyond = [one, other].map(([px, py]) => [px + LABEL_PX.half * Math.sign(px - x), py + LABEL_PX.high * Math.sign(py - y)]);
+  const places = [[x, y - LABEL_PX.off], [x, y + LABEL_PX.off + 4], ...beyond];
+  const robots = [...run.bodies.values()].map((body) => view.toScreen(body.x, body.y));
+  const isFree = (/** @type {number[]} */ [px, py]) =>
+    robots.every(([rx, ry]) => Math.abs(rx - px) > LABEL_PX.half || Math.abs(ry - py) > LABEL_PX.high);
+  return places.find(isFree) ?? places[0];
 }
 
 /** The heading of a step, up to its target. @param {CanvasRenderingContext2D} context @param {number} px @param {[number, number]} from @param {[number, number]} to */

@@ -33,7 +33,7 @@ class Chart {
     this.known = -1;
     const figure = document.createElement("figure");
     figure.className = "chart";
-    figure.innerHTML = `<figcaption><b></b> <span class="least"></span></figcaption><canvas tabindex="-1" role="img"></canvas>`;
+    figure.innerHTML = `<figcaption><b></b> <span class="least"></span></figcaption><canvas></canvas>`;
     this.canvas = /** @type {HTMLCanvasElement} */ (figure.querySelector("canvas"));
     this.least = /** @type {HTMLElement} */ (figure.querySelector(".least"));
     /** @type {HTMLElement} */ (figure.querySelector("b")).textContent = plot.title;
@@ -81,6 +81,7 @@ class Chart {
     const { span } = this.app;
     const key = `${this.app.news}|${this.app.focus}|${this.app.robot}|${span.from}|${span.to}`;
     this.still.show(context, width, height, key, (onto) => drawStill(this, onto, width, height));
+    tellTime(this.canvas, this.app, () => chartNow(this));
     const x = this.x(this.app.time, width);
     context.lineWidth = 1;
     drawTime(this.app, context, (t) => this.x(t, width), MARGIN.top, height - MARGIN.bottom);

@@ -1,6 +1,6 @@
 // The time line: steps, what went wrong and what was mended, and a lane for each robot with what it did.
 
-const LANE = { left: 64, right: 16, axis: 20, band: 18, signs: 18, top: 4, least: 4, most: 17, name: 10 };
+const LANE = { left: 64, right: 16, axis: 20, band: 18, signs: 18, top: 4, least: 3, most: 17, name: 9 };
 
 class Lanes {
   /** @param {App} app @param {HTMLCanvasElement} canvas */
@@ -47,9 +47,7 @@ class Lanes {
     context.lineTo(x + 5, 0);
     context.lineTo(x, 7);
     context.fill();
-    this.canvas.setAttribute("aria-valuemax", app.end.toFixed(2));
-    this.canvas.setAttribute("aria-valuenow", app.time.toFixed(2));
-    this.canvas.setAttribute("aria-valuetext", `${app.time.toFixed(2)} seconds of ${app.end.toFixed(2)}`);
+    tellTime(this.canvas, app, () => lanesNow(app));
   }
 
   /** @param {number} t @param {number} width */

@@ -6,6 +6,9 @@
 function scrubbing(canvas, app, { left, right }) {
   const timeAt = (/** @type {MouseEvent} */ event) =>
     app.span.timeAt((event.offsetX - left) / (canvas.clientWidth - left - right));
+  canvas.tabIndex = 0;
+  canvas.setAttribute("role", "slider"); // the arrow keys move its time
+  canvas.addEventListener("focus", () => app.show());
   let began = 0;
   const drag = (/** @type {PointerEvent} */ event) => {
     const t = timeAt(event);
@@ -42,6 +45,15 @@ function scrubbing(canvas, app, { left, right }) {
     },
     { passive: false },
   );
+}
+
+/** Tell a screen reader the time, and in words what there is then. @param {HTMLCanvasElement} canvas @param {App} app @param {() => string} say */
+function tellTime(canvas, app, say) {
+  canvas.setAttribute("aria-valuemin", "0");
+  canvas.setAttribute("aria-valuemax", app.end.toFixed(2));
+  canvas.setAttribute("aria-valuenow", app.time.toFixed(2));
+  const said = document.activeElement === canvas ? `: ${say()}` : ""; // nobody hears the others
+  canvas.setAttribute("aria-valuetext", `${app.time.toFixed(2)} seconds of ${app.end.toFixed(2)}${said}`);
 }
 
 /** Time's marks over a picture: where it is now, and what is being picked. @param {App} app @param {CanvasRenderingContext2D} context @param {(t: number) => number} x @param {number} top px @param {number} bottom px */
