@@ -313,8 +313,8 @@ def test_no_outcome_is_lost_when_a_worker_dies_or_gets_an_interrupt(
     assert surprises == {"0": Surprise.NONE, "1": Surprise.STOPPED}, "the second does not end"
 
 
-# A worker unblocks the signals soon, so it notes itself which ones it has found blocked: whoever looks from outside
-# may look too late. Python runs a `sitecustomize` before all else.
+# A worker notes itself which signals it finds blocked: a look into /proc may come before its exec, or after
+# its end. Python runs a `sitecustomize` before all else.
 NOTES = """
 import signal, sys
 from pathlib import Path
