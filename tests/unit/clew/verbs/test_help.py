@@ -9,6 +9,7 @@ from clew.cli import SECTIONS, main
 from clew.verbs.examples import EXAMPLES
 from tests.support.campaigns import clew
 from tests.support.verbs import commands, context
+from world.scenario.scenario import load
 
 Path = tuple[str, ...]
 
@@ -63,3 +64,13 @@ def test_every_example_parses(line: str) -> None:
         assert below is not None
         verb = below
     verb.make_context(str(verb.name), words, parent=above)
+
+
+@pytest.mark.parametrize(
+    "example",
+    [each for verb in ("run", "rehearse") for each in EXAMPLES[verb] if "my." not in each],
+)
+def test_the_fleet_of_an_example_fits_its_scenario(example: str) -> None:
+    verb, *words = shlex.split(example)
+    options = ALL[(verb,)].make_context(verb, words).params
+    load(options["scenario"], robots=options["robots"], law=options["law"], seed=options["seed"])
