@@ -12,6 +12,7 @@ from typing import assert_never
 from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import Command, Order
+from agents.coordinating.drafted import Drafted
 from agents.coordinating.phases import Phase
 from agents.events import (
     Event,
@@ -70,6 +71,11 @@ class Robot:
         """How far the view has come that it coordinates; None: it coordinates none."""
         coordinator = self._membership.coordinator
         return None if coordinator is None else coordinator.phase
+
+    def drafted(self, now_s: float) -> Drafted | None:
+        """What it has drafted as the coordinator of the present view; None: it coordinates none."""
+        coordinator = self._membership.coordinator
+        return None if coordinator is None else coordinator.drafted(now_s)
 
     @property
     def member(self) -> Member | None:

@@ -16,6 +16,7 @@ from collections.abc import Iterable, Mapping
 from agents.commands import Command, Note
 from agents.coordinating.agreeing import Agreement, Intent
 from agents.coordinating.draft import Begin, Done, Draft, Give
+from agents.coordinating.drafted import Drafted, reason_of
 from agents.coordinating.formation import Plan
 from agents.coordinating.joins import join_for
 from agents.coordinating.phases import PHASES, Phase
@@ -88,6 +89,14 @@ class Coordinator:
     def stranded(self) -> frozenset[int]:
         """The robots that have reported, and found no way to a place in the formation."""
         return frozenset() if self.plan is None else frozenset(self._reports) - set(self.plan.order)
+
+    def drafted(self, now_s: float) -> Drafted:
+        """What it has drafted; once the formation is made, that."""
+        draft, plan = self._draft, self.plan
+        in_place = plan.order if plan is not None else () if draft is None else tuple(draft.strand)
+        others = (each for each in range(1, self._mission.robots + 1) if each not in in_place)
+        why = {each: reason_of(each, self._reported, draft, self._suspicion, now_s) for each in others}
+        return Drafted(() if draft is None else draft.order, in_place, why)
 
     def act(self, odometry: Odometry, now_s: float) -> list[Command]:
         """What is to be done now."""

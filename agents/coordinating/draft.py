@@ -100,6 +100,11 @@ class Draft:
     def __post_init__(self) -> None:
         self._led_before = self.led
 
+    @property
+    def tried(self) -> frozenset[int]:
+        """Who has had a turn in vain since a robot last came to a place."""
+        return frozenset(self._blocked)
+
     def begin(self, reports: Mapping[int, Report], obstacle_m: Mapping[int, float]) -> None:
         """Compute the order of those that have reported; who is in place is known when they have looked."""
         places = places_of(reports)

@@ -64,6 +64,10 @@ class Presence:
         """Whether a robot shows one."""
         return bool(self._tokens.get(robot))
 
+    def was_seen(self, robot: int) -> bool:
+        """Whether a robot has ever shown one."""
+        return robot in self._newest
+
     def has_gone_by(self, robot: int, at_s: float) -> bool:
         """Whether a robot has shown no token since then, or this one has never seen any."""
         return not self.shows(robot) and self._went_s.get(robot, at_s) <= at_s

@@ -11,7 +11,7 @@ class Link:
     t_s: float
     source: str
     what: str
-    """`entry`, `decision`, `message`, `odometry`, `scan`, `token`, `start` or `end`;
+    """`entry`, `decision`, `message`, `odometry`, `scan`, `token`, `loss`, `fault`, `draft`, `start`, `end`;
     forward: `effect` or `note`."""
     said: str
     input: int = 0

@@ -3,9 +3,12 @@
 None: there is no such thing now, as an epoch before the first odometry, or a place outside a strand.
 """
 
+from collections.abc import Iterable
+
 from msgspec import Struct
 from msgspec.structs import asdict
 
+from agents.coordinating.drafted import Drafted
 from agents.process.journal import Input
 from agents.robot import Robot
 from protocol.keys import robot_name
@@ -33,6 +36,9 @@ class CoreState(Struct, frozen=True, kw_only=True):
     turn: int
     may: str
     named: int
+    draft: str | None
+    in_place: str | None
+    left_out: str | None
     # its place in the strand
     leads: bool
     rank: int | None
@@ -80,6 +86,7 @@ def state_of(core: Robot, count: int, heard: Input, robot: int) -> CoreState:
     ahead = None if formation is None or formation.ahead is None else formation.ahead.robot
     behind = None if formation is None or formation.behind is None else formation.behind.robot
     links = {link.neighbour: link for link in core.links}
+    drafted = core.drafted(heard.now_s)
     told_m = {robot: None if link.state is None else link.state.progress_m for robot, link in links.items()}
     silent_s = {robot: link.silent_s(heard.now_s) for robot, link in links.items()}
     return CoreState(
@@ -98,6 +105,9 @@ def state_of(core: Robot, count: int, heard: Input, robot: int) -> CoreState:
         turn=fence.turn,
         may=str(fence.may),
         named=fence.robot,
+        draft=None if drafted is None else names(drafted.order),
+        in_place=None if drafted is None else names(drafted.in_place),
+        left_out=None if drafted is None else left_out(drafted),
         leads=core.leads,
         rank=None if formation is None else formation.rank,
         members=None if formation is None else formation.members,
@@ -124,6 +134,16 @@ def state_of(core: Robot, count: int, heard: Input, robot: int) -> CoreState:
         target_x_m=None if target is None else target.x_m,
         target_y_m=None if target is None else target.y_m,
     )
+
+
+def left_out(drafted: Drafted) -> str:
+    """Why robots have no place in a draft, in a few words."""
+    return "; ".join(f"{robot_name(robot)}: {why}" for robot, why in drafted.left_out.items()) or "nobody"
+
+
+def names(robots: Iterable[int]) -> str:
+    """Robots, in order."""
+    return " ".join(map(robot_name, robots)) or "nobody"
 
 
 def lines_of(state: CoreState) -> list[str]:

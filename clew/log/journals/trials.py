@@ -65,6 +65,14 @@ class Trials:
                     " decides otherwise than recorded (`clew replay` shows it): this version cannot say why"
                 )
 
+    def core_after(self, turn: int) -> Robot:
+        """A core as it was after this turn."""
+        at = turn // STRIDE * STRIDE
+        core = copy.deepcopy(self._cores[at])
+        for each in self._turns[at : turn + 1]:
+            core.handle(each.event, each.input.now_s)
+        return core
+
     def needs(self, turn: int, deed: Deed) -> bool:
         """Whether the core would not have done it in this turn without the input of this turn."""
         return not self._is_done(turn, deed, turn)

@@ -8,6 +8,8 @@ Rule 3: odometry whose fence mattered leads over the world's `fence.changed` to 
         odometry whose body mattered, to the order that moves that body.
 Rule 4: the way ends at a scan, a liveliness token, the start, the operator, or a message that only had to
         come; it says so where a journal is missing.
+Rule 5: what no input explains, silence or a place that a robot has not got, is explained as
+        `clew.log.journals.explained` says; the way begins there.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,6 +22,7 @@ from agents.events import LinkHeard, OdometryHeard, ScanHeard, TokenCame, Tokens
 from clew.log.journals.contents import content, does, tag_of
 from clew.log.journals.effects import Effects
 from clew.log.journals.entries import noted
+from clew.log.journals.explained import Explained
 from clew.log.journals.links import Link
 from clew.log.journals.process import Process, message_in, sender_process
 from clew.log.journals.trials import Cause, Deed, Trials
@@ -61,6 +64,7 @@ class Why:
     def __init__(self, processes: list[Process], lines: Sequence[Line]) -> None:
         self._processes, self._lines = processes, lines
         self._trials = cache(Trials)
+        self._explained = Explained(processes, lines, self._trials)
 
     def way(self, index: int) -> list[Link]:
         """The way to an entry, which is the last of it.
@@ -73,6 +77,9 @@ class Why:
         links += between
         while deed is not None and len(links) < LINKS_MAX:
             links.append(self._decision(deed))
+            if explained := self._explained.of(deed.process, deed.turn, deed.is_it):
+                links += explained[::-1]
+                break
             cause = self._trials(deed.process).cause(deed.turn, deed.is_it)
             if cause is None:
                 links.append(self._start(deed.process))
@@ -125,7 +132,9 @@ class Why:
             case FaultInjected(key=str(key), number=int(number)):
                 return self._sent(source, key, number, entry.t_s)
             case _:
-                return None, [self._end_at(source, entry.t_s)]
+                deadman_s = next((each.head.mission.deadman_s for each in self._processes), 0.0)
+                found = self._explained.by_world(entry, deadman_s) if source == WORLD else []
+                return None, found[::-1] or [self._end_at(source, entry.t_s)]
 
     def _end_at(self, source: str, t_s: float) -> Link:
         """No core noted the entry."""
@@ -188,6 +197,8 @@ class Why:
                         Link(heard.now_s, process.name, "end", "it only mattered that this message came")
                     ]
                 return self._told(process, message, cause, (heard.key, heard.number), heard.now_s)
+            case TokenWent(robot):
+                return None, self._explained.gone(robot, heard.now_s)[::-1]
             case _:
                 return None, []  # a scan, or tokens: the beginning
 

@@ -72,9 +72,10 @@ def told(way: list[Link]) -> list[tuple[str, str]]:
 
 def test_the_next_robot_leads_because_the_token_of_the_first_went(why: Why, lines: list[Line]) -> None:
     way = why.way(first(lines, "r2", "leader.succeeded"))
-    assert way[0].said == "the token of r1 went"
-    assert way[1].said == "puts raise: propose view 20002, a neighbour is lost"
-    assert told(way)[:3] == [("r2", "token"), ("r2", "decision"), ("world", "entry")]
+    assert way[0].said.startswith("r1 was killed by rule ")
+    assert way[1].said == "the token of r1 went"
+    assert way[2].said == "puts raise: propose view 20002, a neighbour is lost"
+    assert told(way)[1:4] == [("r2", "token"), ("r2", "decision"), ("world", "entry")]
     assert told(way)[-4:] == [("world", "entry"), ("r2", "odometry"), ("r2", "decision"), ("r2", "entry")]
     assert way[-3].said.endswith("fence 20002/1 all [fence]")
     answers = [link for link in way if link.what == "message"]
@@ -142,7 +143,7 @@ def test_notes_are_found_among_the_entries_of_shells(lossy: tuple[list[Process],
         assert Note(lines[index][1].record) in list(place.process.commands(place.turn))
 
 
-def test_silence_leads_to_the_last_message_that_was_heard(
+def test_silence_leads_to_the_last_message_that_was_heard_and_to_those_that_were_lost(
     lossy: tuple[list[Process], list[Line]],
 ) -> None:
     processes, lines = lossy
@@ -150,10 +151,11 @@ def test_silence_leads_to_the_last_message_that_was_heard(
     index, entry = silences[-1], lines[silences[-1]][1]
     record = entry.record
     assert isinstance(record, LinkSilent)
-    *_, end, heard, _decision, _entry = Why(processes, lines).way(index)
-    assert heard.said.startswith(f"r{record.neighbour} told ")
+    heard, lost, _decision, _entry = Why(processes, lines).way(index)
+    assert (heard.what, heard.key) == ("message", f"link/r{record.neighbour}/{lines[index][0]}")
     assert heard.t_s == pytest.approx(entry.t_s - record.silent_s, abs=0.15)
-    assert end.said == "it only mattered that this message came"
+    assert lost.said.startswith(f"then nothing from r{record.neighbour}: message")
+    assert lost.said.endswith(" dropped by rule drop-1")
 
 
 def test_a_message_leads_to_where_its_sender_first_told_what_mattered(
@@ -241,7 +243,7 @@ def test_missing_journals_are_said(run: Path, tmp_path: Path, lines: list[Line])
 
 def test_entries_of_shells_and_of_the_world_end_the_way(why: Why, lines: list[Line]) -> None:
     assert told(why.way(first(lines, "r3", "robot.started"))) == [("r3", "end"), ("r3", "entry")]
-    assert why.way(first(lines, "world", "robot.died"))[0].said == "the world itself recorded it"
+    assert why.way(first(lines, "world", "robot.appeared"))[0].said == "the world itself recorded it"
     served = why.way(first(lines, "world", "scan.served"))
     assert "asks for a scan of" in served[-2].said
 

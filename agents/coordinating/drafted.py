@@ -1,0 +1,41 @@
+"""What a coordinator has drafted, and why robots have no place in it. For people: it decides nothing.
+
+Rule 1: a robot has a place in the draft if it is in place. Of every other robot of the mission one reason is
+        told: the first that holds, in the order of the function.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from agents.coordinating.draft import Draft
+from agents.coordinating.reported import Reported
+from agents.liveness.suspicion import Suspicion
+
+UNREPORTED = "it has not reported"
+TOO_SILENT = "it was silent, or kept the others waiting, too often lately"
+
+
+@dataclass(frozen=True, slots=True)
+class Drafted:
+    """A draft, or the formation that was made of it."""
+
+    order: tuple[int, ...]
+    """The order that is tried, leader first; of a strand that turns round none."""
+    in_place: tuple[int, ...]
+    """The strand as far as it stands, leader first."""
+    left_out: Mapping[int, str]
+    """Why each other robot has no place."""
+
+
+def reason_of(robot: int, reported: Reported, draft: Draft | None, suspicion: Suspicion, now_s: float) -> str:
+    """Why a robot that is not in place is not."""
+    presence = suspicion.presence
+    if robot in reported.counted:
+        if draft is None or robot not in draft.tried:
+            return "its turn has not come"
+        return "it has had its turn, and found no way to a place"
+    if robot in suspicion.suppressed(now_s):
+        return TOO_SILENT
+    if presence.shows(robot):
+        return "its report came too late" if robot in reported.said else UNREPORTED
+    return "its token has gone" if presence.was_seen(robot) else "its token has never come"
