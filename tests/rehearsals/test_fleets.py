@@ -15,7 +15,7 @@ from protocol.arrays import Floats
 from protocol.faults.plan import NO_FAULTS, uniform
 from protocol.files.toml_text import toml_text
 from tests.support.campaigns import clew
-from tests.support.fleets import EAST_M, HEAD_ON, LANE_M, WEST_M, fleet, raw, rehearsed, shared
+from tests.support.stages.fleets import EAST_M, HEAD_ON, LANE_M, WEST_M, fleet, raw, rehearsed, shared
 from world.bodies.sensor import Sensor
 from world.scenario.fleets import SharedGround
 

@@ -9,7 +9,7 @@ from msgspec import ValidationError, convert
 
 from protocol.errors import UsageError
 from protocol.files.toml_text import toml_text
-from tests.support.fleets import EAST_M, HEAD_ON, LANE_M, WEST_M, fleet, raw, shared
+from tests.support.stages.fleets import EAST_M, HEAD_ON, LANE_M, WEST_M, fleet, raw, shared
 from world.scenario.fleets import SharedGround, has_several, load_fleets
 from world.scenario.scenario import load
 

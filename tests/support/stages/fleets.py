@@ -35,7 +35,7 @@ HEAD_ON = (
 )
 
 
-def raw(*fleets: dict[str, Any], **more: Any) -> dict[str, Any]:  # noqa: ANN401 - parts of a scenario file
+def raw(*fleets: dict[str, Any], **more: object) -> dict[str, Any]:
     """A scenario file with these fleets in an open room, as a parser reads it."""
     return {
         "name": "meeting",
@@ -55,7 +55,7 @@ def raw(*fleets: dict[str, Any], **more: Any) -> dict[str, Any]:  # noqa: ANN401
     }
 
 
-def shared(*fleets: dict[str, Any], **more: Any) -> SharedGround:  # noqa: ANN401 - likewise
+def shared(*fleets: dict[str, Any], **more: object) -> SharedGround:
     """The same, understood."""
     return msgspec.convert(raw(*fleets, **more), SharedGround)
 
@@ -63,7 +63,7 @@ def shared(*fleets: dict[str, Any], **more: Any) -> SharedGround:  # noqa: ANN40
 def rehearsed(
     ground: SharedGround, folder: Path, *, seed: int = 1, plan: Plan = NO_FAULTS, until_s: float = math.inf
 ) -> RecordedFleets:
-    """A rehearsal until it has been judged, until this time, or until two fleets touch; its files are closed."""
+    """A rehearsal until it is judged, until this time, or until two fleets touch; its files are closed."""
     with RecordedFleets(ground, seed, folder, plan) as recorded:
         for now_s in recorded.ticks():
             if recorded.ground.between.contacts or now_s >= until_s:
