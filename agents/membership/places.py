@@ -7,7 +7,7 @@ import numpy as np
 
 from protocol.arrays import nearest_on_segments, xy
 from protocol.fence import Epoch
-from protocol.frames import Point, Pose
+from protocol.frames import Point, Pose, Vertex
 from protocol.path import THERE_M, Path
 from protocol.wire.view import FORMERS_MAX, LEG_CORNERS_MAX, Former
 
@@ -23,6 +23,8 @@ class Berth:
     progress_m: float
     path: Path
     """As far as the robot knew it."""
+    behind_m: float | None = None
+    """Where the robot behind was last heard; none: there was none."""
 
     def former(self, pose: Pose) -> Former:
         """Where it stands now, on the same path a little further on."""
@@ -33,18 +35,18 @@ class Berth:
         nearest = nearest_on_segments(place, corners[:-1], corners[1:])
         segment = int(np.argmin(np.hypot(*(nearest - place).T)))
         along_m = float(lengths_m[:segment].sum() + np.hypot(*(nearest[segment] - corners[segment])))
-        return Former(epoch=self.epoch, rank=self.rank, s_m=min(self.progress_m + along_m, self.path.end_m))
+        s_m = min(self.progress_m + along_m, self.path.end_m)
+        leg = self._leg(s_m)
+        leg_from_m = None if leg is None else self.behind_m
+        return Former(epoch=self.epoch, rank=self.rank, s_m=s_m, leg_from_m=leg_from_m, corners=leg or ())
 
-    def leg(self, from_m: float, to_m: float) -> tuple[Point, ...] | None:
-        """Corners of the path between two arc lengths; None if this robot does not know it all."""
-        if to_m > self.path.end_m + THERE_M:
+    def _leg(self, to_m: float) -> tuple[Vertex, ...] | None:
+        """Corners of the path from the robot behind on; None if there are too many, or is no such robot."""
+        if self.behind_m is None:
             return None
-        inner = [
-            Point(x_m=vertex.x_m, y_m=vertex.y_m)
-            for vertex in self.path
-            if from_m + THERE_M < vertex.s_m < to_m - THERE_M
-        ]
-        return tuple(inner) if len(inner) <= LEG_CORNERS_MAX else None
+        first = self.path.next_vertex(self.behind_m)
+        inner = self.path.told_from(first, self.path.next_vertex(to_m - THERE_M) - first)
+        return inner if len(inner) <= LEG_CORNERS_MAX else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,12 +76,15 @@ class Places:
         return (*draft, *(berth.former(pose) for berth in self.berths))
 
     def leg_to(self, ahead: tuple[Former, ...], pose: Pose) -> tuple[Point, ...] | None:
-        """Corners of a driven way to the robot ahead; None if no path of one epoch leads to it."""
-        for berth in self.berths:
-            own = berth.former(pose)
-            theirs = next((each for each in ahead if each.epoch == berth.epoch and not each.draft), None)
-            if theirs is not None and theirs.rank + 1 == own.rank and own.s_m <= theirs.s_m:
-                corners = berth.leg(own.s_m, theirs.s_m)
-                if corners is not None:
-                    return corners
+        """Corners of a driven way to the robot ahead, which tells them; None if no path of one epoch does.
+
+        The robot ahead knows all of the path that it has driven; this one may have been cut off before.
+        """
+        for own in (berth.former(pose) for berth in self.berths):
+            theirs = next((each for each in ahead if each.epoch == own.epoch and not each.draft), None)
+            if theirs is None or theirs.leg_from_m is None or theirs.rank + 1 != own.rank:
+                continue
+            if theirs.leg_from_m <= own.s_m <= theirs.s_m:
+                inner = (vertex for vertex in theirs.corners if vertex.s_m > own.s_m + THERE_M)
+                return tuple(Point(x_m=vertex.x_m, y_m=vertex.y_m) for vertex in inner)
         return None

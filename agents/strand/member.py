@@ -156,6 +156,11 @@ class Member:
         return self._strand.grants.granted_m
 
     @property
+    def behind_m(self) -> float | None:
+        """Where the robot behind was last heard; None: there is none."""
+        return None if self._strand.behind is None else self._strand.grants.behind_m
+
+    @property
     def holds(self) -> bool:
         """Whether it waits for the robot behind (rule 3)."""
         return self._held

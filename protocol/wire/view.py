@@ -29,6 +29,9 @@ class Former(Struct, frozen=True, kw_only=True):
     """The leader's is 0."""
     s_m: Length = 0.0
     """Arc length along that formation's path; of no meaning in a draft."""
+    leg_from_m: Length | None = None
+    """From here to `s_m` it tells the path's corners, for the robot behind; null: it tells none."""
+    corners: Annotated[tuple[Vertex, ...], Meta(max_length=LEG_CORNERS_MAX)] = ()
     draft: bool = False
     """Whether it is a place in a draft, of which no formation has been made."""
 

@@ -18,16 +18,25 @@ def bend() -> Path:
     return Path([Point(x_m=0.0, y_m=0.0), CORNER, Point(x_m=2.0, y_m=2.0)])
 
 
-def left_at(progress_m: float, *, epoch: Epoch = EPOCH, rank: int = 1) -> Berth:
-    return Berth(epoch=epoch, rank=rank, progress_m=progress_m, path=bend())
+def left_at(progress_m: float, *, epoch: Epoch = EPOCH, rank: int = 1, path: Path | None = None) -> Berth:
+    return Berth(epoch=epoch, rank=rank, progress_m=progress_m, path=path or bend())
 
 
 def at(x_m: float, y_m: float) -> Pose:
     return Pose(x_m=x_m, y_m=y_m, heading_rad=0.0)
 
 
-def ahead_at(s_m: float, *, epoch: Epoch = EPOCH, rank: int = 0, draft: bool = False) -> tuple[Former, ...]:
-    return (Former(epoch=epoch, rank=rank, s_m=s_m, draft=draft),)
+def ahead_at(
+    s_m: float,
+    *,
+    epoch: Epoch = EPOCH,
+    rank: int = 0,
+    draft: bool = False,
+    leg_from_m: float | None = 0.5,
+) -> tuple[Former, ...]:
+    from_m = s_m if leg_from_m is None else leg_from_m
+    corners = tuple(vertex for vertex in bend() if from_m < vertex.s_m < s_m)
+    return (Former(epoch=epoch, rank=rank, s_m=s_m, leg_from_m=leg_from_m, corners=corners, draft=draft),)
 
 
 # --- where it stands --------------------------------------------------------------------------------
@@ -57,20 +66,29 @@ def test_at_the_end_of_what_it_knows_of_the_path_it_stands_there() -> None:
 
 
 @pytest.mark.parametrize(
-    ("from_m", "to_m", "corners"),
-    [(0.5, 1.5, ()), (0.5, 2.5, (CORNER,)), (2.0, 4.0, ()), (1.0, 2.0, ()), (1.0, 4.1, None)],
+    ("behind_m", "stands", "corners"),
+    [
+        (0.5, at(1.5, 0.0), ()),
+        (0.5, at(2.0, 0.5), (CORNER,)),
+        (2.0, at(2.0, 1.0), ()),
+        (1.0, at(2.0, 0.0), ()),
+        (None, at(2.0, 0.5), None),
+    ],
 )
-def test_the_way_to_the_robot_ahead_has_the_corners_between_the_two_if_it_is_known(
-    from_m: float, to_m: float, corners: tuple[Point, ...] | None
+def test_a_robot_tells_the_corners_of_the_path_between_it_and_the_robot_behind(
+    behind_m: float | None, stands: Pose, corners: tuple[Point, ...] | None
 ) -> None:
-    assert left_at(from_m).leg(from_m, to_m) == corners
+    former = Berth(EPOCH, 0, 1.4, bend(), behind_m=behind_m).former(stands)
+    assert former.leg_from_m == behind_m
+    assert tuple(Point(x_m=each.x_m, y_m=each.y_m) for each in former.corners) == (corners or ())
 
 
-def test_a_way_with_more_corners_than_can_be_told_is_none() -> None:
-    zigzag = Path(Point(x_m=float(n), y_m=float(n % 2)) for n in range(LEG_CORNERS_MAX + 3))
-    berth = Berth(epoch=EPOCH, rank=1, progress_m=0.0, path=zigzag)
-    assert berth.leg(0.0, zigzag[LEG_CORNERS_MAX + 1].s_m) is not None
-    assert berth.leg(0.0, zigzag[LEG_CORNERS_MAX + 2].s_m) is None
+@pytest.mark.parametrize(("corners", "told"), [(LEG_CORNERS_MAX, True), (LEG_CORNERS_MAX + 1, False)])
+def test_a_way_with_more_corners_than_can_be_told_is_not_told(corners: int, told: bool) -> None:
+    zigzag = Path(Point(x_m=float(n), y_m=float(n % 2)) for n in range(corners + 2))
+    end = zigzag[corners + 1]
+    former = Berth(EPOCH, 0, end.s_m, zigzag, behind_m=0.0).former(at(end.x_m, end.y_m))
+    assert (former.leg_from_m == 0.0, len(former.corners) > 0) == (told, told)
 
 
 # --- driven legs ------------------------------------------------------------------------------------
@@ -81,6 +99,15 @@ def test_a_leg_is_driven_if_both_stand_on_one_path_one_behind_the_other() -> Non
     assert places.leg_to(ahead_at(3.0), at(0.5, 0.0)) == (CORNER,)
 
 
+def test_a_robot_that_was_cut_off_learns_the_way_from_the_robot_that_has_driven_it() -> None:
+    known = Path([Point(x_m=0.0, y_m=0.0), Point(x_m=1.0, y_m=0.0)])
+    assert Places((left_at(0.5, path=known),)).leg_to(ahead_at(3.0), at(0.5, 0.0)) == (CORNER,)
+
+
+def test_corners_that_the_robot_behind_has_passed_are_not_in_its_leg() -> None:
+    assert Places((left_at(2.5),)).leg_to(ahead_at(3.0), at(2.0, 0.5)) == ()
+
+
 @pytest.mark.parametrize(
     "ahead",
     [
@@ -88,7 +115,8 @@ def test_a_leg_is_driven_if_both_stand_on_one_path_one_behind_the_other() -> Non
         ahead_at(3.0, epoch=Epoch(generation=3, robot=1, life=9)),  # of another life's epoch
         ahead_at(3.0, rank=2),  # not the next ahead
         ahead_at(0.4),  # behind it on the path
-        ahead_at(4.2),  # further than the robot knows the path
+        ahead_at(3.0, leg_from_m=None),  # that robot tells no corners
+        ahead_at(3.0, leg_from_m=0.6),  # it tells the corners of a part
         ahead_at(3.0, draft=True),  # nobody has driven to a place in a draft
         (),
     ],
