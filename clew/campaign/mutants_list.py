@@ -47,9 +47,9 @@ MUTANTS = (
     _mutant(
         "no-dead-man",
         "a body stops when its robot sends no orders",
-        "world/bodies/bodies.py",
-        "(now_s - self._basis_s > DEADMAN_S + ROUNDING_S)",
-        "(now_s - self._basis_s > 1e9)",
+        "world/bodies/body.py",
+        "now_s - self.basis_s > DEADMAN_S + ROUNDING_S",
+        "now_s - self.basis_s > 1e9",
         check="tests/unit/world/bodies/test_bodies.py::"
         "test_a_body_stops_once_when_its_robot_is_silent_and_continues_when_it_sends",
     ),
@@ -100,8 +100,8 @@ MUTANTS = (
     _mutant(
         "late-orders",
         "a body refuses an order that is older, by number, than one that it has accepted",
-        "world/bodies/bodies.py",
-        "        if drive.number < self.ordered[body] or drive.basis_s < self._basis_s[body]:\n",
+        "world/bodies/body.py",
+        "        if drive.number < self.ordered or drive.basis_s < self.basis_s:\n",
         "        if False:\n",
         check="tests/unit/world/bodies/test_bodies.py::"
         "test_an_older_order_that_arrives_late_does_not_keep_the_body_moving",
@@ -111,14 +111,14 @@ MUTANTS = (
         "an order expires a fixed time after the odometry that it is based on, not after its arrival",
         (
             Edit(
-                "world/bodies/bodies.py",
+                "world/bodies/body.py",
                 "if not now_s - DEADMAN_S - ROUNDING_S <= drive.basis_s <= now_s + ROUNDING_S:",
                 "if drive.basis_s > now_s + ROUNDING_S:",
             ),
             Edit(
-                "world/bodies/bodies.py",
-                "        self._basis_s[body], self._until_s[body] = drive.basis_s, until_s",
-                "        self._basis_s[body], self._until_s[body] = now_s, until_s",
+                "world/bodies/body.py",
+                "        self.basis_s, self._until_s = drive.basis_s, until_s",
+                "        self.basis_s, self._until_s = now_s, until_s",
             ),
         ),
         check="tests/unit/world/bodies/test_bodies.py::"
@@ -198,12 +198,12 @@ MUTANTS = (
         "a body stops one second after the basis of its order; here after two, and robots still count on one",
         (
             Edit(
-                "world/bodies/bodies.py",
+                "world/bodies/body.py",
                 "from protocol.mission import DEADMAN_S\n",
                 "from protocol.mission import DEADMAN_S as ASKED_S\n",
             ),
             Edit(
-                "world/bodies/bodies.py",
+                "world/bodies/body.py",
                 "ROUNDING_M = 1e-9  #",
                 "DEADMAN_S = 2 * ASKED_S\nROUNDING_M = 1e-9  #",
             ),

@@ -43,7 +43,7 @@ class Fleet:
         self._mission = mission = scenario.mission()
         self._robots = range(1, scenario.fleet.robots + 1)
         world = World(scenario, seed=1, wall_s=0.0)
-        constants = (mission, scenario, scenario.ground, scenario.movers)
+        constants = (mission, scenario, scenario.ground, scenario.movers, world.arena.guard)
         self.cores = Cores(world, self._make, constants)
         self._tick, self._restart = self.cores.things.add(Tick()), self.cores.things.add(Restart())
         self._first = self._passed(self._prefix(), setting.skips)

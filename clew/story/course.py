@@ -18,7 +18,7 @@ from protocol.arrays import Floats
 from protocol.frames import Point
 from protocol.keys import WORLD, robot_number
 from protocol.timeline import PoseSampled, RouteLost
-from world.judge.moves import Interval, Moves
+from world.judge.moves import Intervals, Moves
 from world.judge.recovery import Recovery
 from world.judge.tally import Tally
 from world.scenario.scenario import Scenario
@@ -91,7 +91,7 @@ def course_of(read: Timeline, stand_in: Scenario | None = None) -> Course:
     story, tally, moving = Story(), Tally(), Moves(scenario.ground, scenario.fleet.robots)
     lost: list[tuple[float, int]] = []
     poses: defaultdict[int, list[tuple[float, PoseSampled]]] = defaultdict(list)
-    moves: list[Interval] = []
+    moves: list[Intervals] = []
     for source, entry in read.lines:
         for each in (story, tally):
             each.hear(source, entry)
@@ -108,12 +108,12 @@ def course_of(read: Timeline, stand_in: Scenario | None = None) -> Course:
     moves += moving.close()
     steps = story.all_steps()
     strands = story.strands.formed.values()
-    shape = (len(moves), scenario.fleet.robots)
-    clear_m = np.array([clear_m for *_, clear_m in moves]).reshape(shape)
+    robots = scenario.fleet.robots
+    clear_m = np.concatenate([np.empty((0, robots)), *(each.clear_m for each in moves)])
     return Course(
         scenario=scenario,
-        times_s=np.array([t_s for t_s, *_ in moves]),
-        places_m=np.array([ends_m for _, _, ends_m, _ in moves]).reshape(*shape, 2),
+        times_s=np.array([t_s for each in moves for t_s in each.ends_s]),
+        places_m=np.concatenate([np.empty((0, robots, 2)), *(each.ends_m for each in moves)]),
         clearance_m=clear_m - scenario.fleet.robot_radius_m,
         stands=stands_of(steps, place_at),
         steps=steps,

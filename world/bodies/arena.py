@@ -3,7 +3,7 @@
 Rule 1: simulated time advances only by ticks.
 Rule 2: a body is sampled where its motion changes, and before every odometry while it moves. So between
         samples it moved straight at constant speed, and the samples alone give the least distances.
-Rule 3: the monitor checks every tick, unless it has found all moves safe for some ticks ahead.
+Rule 3: the monitor judges every tick that its guard has not found safe.
 Rule 4: a change of the fence is recorded before anything is told or obeyed under it. All bodies stand then.
 Rule 5: odometry of a body is numbered. A resumed world continues above every number that was told before.
 """
@@ -14,7 +14,6 @@ from functools import cache
 
 import numpy as np
 
-from protocol.arrays import Flags, Floats
 from protocol.fence import Change, Fence, May
 from protocol.frames import Pose
 from protocol.timeline import (
@@ -29,12 +28,13 @@ from protocol.timeline import (
 )
 from protocol.timeline.bodies import RANGES_TOLD_MAX
 from protocol.wire.messages import Drive, Odometry, Phase, Scan
-from world.bodies.bodies import Bodies, Moves
+from world.bodies.bodies import Bodies, Moves, Start
 from world.bodies.fence import Register, Taken
+from world.bodies.guard import SMALL_FLEET, Guard, Place
 from world.bodies.sensor import Sensor
 from world.chance import stream
 from world.commands import Note
-from world.geometry.clearance import clearance, clearance_at
+from world.geometry.clearance import clearance
 from world.judge.monitor import Monitor
 from world.record.resume import QUIET_S, BodyPast, Past
 from world.scenario.scenario import Scenario
@@ -43,7 +43,6 @@ TICK_S = 0.02  # docs/run.md
 ODOMETRY_TICKS = 5  # 0.1 s: docs/run.md
 TOLD_PER_TICK_MAX = 1000  # odometry of one body: one for a tick, and one for each change of the fence in it
 ROUNDING_S = 1e-9  # error of sums over ticks
-OUTLOOK_TICKS_MAX = 50  # 1 s: twice the look-ahead saves almost nothing
 
 
 class Arena:
@@ -68,11 +67,12 @@ class Arena:
         """The number of the newest odometry of each body."""
         self._sensor = Sensor(scenario, [stream(seed, f"scan/{robot}{of_life}") for robot in robots])
         self._monitor = Monitor.of(scenario)
+        self.guard = Guard(self._monitor.promises, scenario.ground, len(robots))
+        """What it keeps in a small fleet follows from the ground alone."""
         self._ground = scenario.ground
         self._radius_m = scenario.fleet.robot_radius_m
-        self._corners_m: list[list[Floats]] = [[] for _ in robots]
+        self._corners_m: list[list[Place]] = [[] for _ in robots]
         """The corners of each body's way since it accepted its order, with the place of acceptance."""
-        self._outlook_until, self._is_safe = 0, False
         self._steps = [0] * len(robots)
         self._finished: list[tuple[int, int] | None] = [None] * len(robots)
         """The last finished step of each body, by epoch and step: a finished step may be ordered again."""
@@ -80,11 +80,8 @@ class Arena:
         self.now_s = 0.0
         """Simulated time."""
         self._noted_s = 0.0
-        self._none: Flags = np.zeros(len(robots), dtype=bool)
-        self._first: Flags = np.arange(len(robots)) == 0
-        self._sampled = self._none
+        self._sampled: Sequence[int] = ()
         """The bodies that were sampled at the end of the last tick."""
-        self._moving, self._any_moving = self._none, False
 
     @property
     def is_odometry_instant(self) -> bool:
@@ -99,7 +96,7 @@ class Arena:
     @property
     def stood_s(self) -> float:
         """For how long every body has stood."""
-        return 0.0 if self.bodies.moving.any() else self.now_s - self.moved_s
+        return 0.0 if self.bodies.any_moves else self.now_s - self.moved_s
 
     def share_ground(self, others: Callable[[], Floats]) -> None:
         """Share the ground with other fleets: their hulls now, x, y, radius (k, 3) [world frame]."""
@@ -141,11 +138,11 @@ class Arena:
 
     def _change(self, taken: Taken) -> list[Note]:
         """Rule 4; the poses are those at which bodies stop in the middle of a motion."""
-        moving = np.flatnonzero(self.bodies.moving).tolist()
+        moving = self.bodies.movers
         samples = self._samples(moving)
         if moving:
             self.moved_s = self.now_s
-        self._sampled = self._sampled | self.bodies.moving
+        self._sampled = [*self._sampled, *moving]
         if self.fence.may is May.ONE:
             self.turn_s = self.now_s
         self.bodies.stand()
@@ -157,35 +154,34 @@ class Arena:
 
     def sample(self) -> list[Note]:
         """Record the poses of all bodies."""
-        return self._samples(range(len(self.bodies.place_m)))
+        return self._samples(range(len(self.bodies)))
 
     def _samples(self, bodies: Sequence[int]) -> list[Note]:
         """The poses of these bodies now."""
-        poses = self._poses(bodies, self.bodies.place_m, self.bodies.heading_rad)
-        return [self.note(each) for each in poses]
+        return [self.note(each) for each in self._poses(bodies, {})]
 
-    def _poses(self, bodies: Sequence[int], places_m: Floats, headings_rad: Floats) -> list[PoseSampled]:
-        """The entries of these bodies, with how near each is to obstacles and to other bodies."""
+    def _poses(self, bodies: Sequence[int], starts: dict[int, Start]) -> list[PoseSampled]:
+        """The entries of these bodies, with how near each is to obstacles and to other bodies.
+
+        Args:
+            bodies: the bodies.
+            starts: where some of all bodies were, if not where they are now.
+        """
         if not bodies:
             return []
-        here_m = places_m[bodies]
-        clear_m = clearance_at(self._ground, here_m) - self._radius_m
-        x, y = (np.subtract.outer(column[bodies], column) for column in places_m.T)
-        squares = x * x + y * y
-        squares[np.arange(len(bodies)), bodies] = math.inf
-        near_m = np.sqrt(squares.min(axis=1)) - 2.0 * self._radius_m
+        places = self.bodies.places
+        for body, start in starts.items():
+            places[body] = start[:2]
         return [
             PoseSampled(
                 robot=body + 1,
-                x_m=x_m,
-                y_m=y_m,
-                heading_rad=float(headings_rad[body]),
-                clearance_m=_to_the_micrometre(clear),
-                separation_m=_to_the_micrometre(near),
+                x_m=places[body][0],
+                y_m=places[body][1],
+                heading_rad=starts[body].heading_rad if body in starts else self.bodies[body].heading_rad,
+                clearance_m=_to_the_micrometre(self.guard.clearance_m(body, places[body]) - self._radius_m),
+                separation_m=_to_the_micrometre(near_m - 2.0 * self._radius_m),
             )
-            for body, (x_m, y_m), clear, near in zip(
-                bodies, here_m.tolist(), clear_m.tolist(), near_m.tolist(), strict=True
-            )
+            for body, near_m in zip(bodies, _nearest_m(bodies, places), strict=True)
         ]
 
     def order(self, robot: int, drive: Drive) -> list[Note]:
@@ -195,7 +191,7 @@ class Arena:
             return []
         if drive.target is not None:  # an order to stand interrupts a step, which is measured as a whole
             if drive.step == 0 or drive.step != self._steps[body]:
-                self._corners_m[body] = [self.bodies.place_m[body]]
+                self._corners_m[body] = [self.bodies.places[body]]
             self._steps[body] = drive.step
         pose = self.bodies.pose(body)
         accepted = OrderAccepted(
@@ -256,8 +252,8 @@ class Arena:
             t_s=self.now_s,
             pose=self.bodies.pose(body),
             moving=self.bodies.is_moving(body),
-            finished=self.bodies.finished_number[body],
-            ordered=self.bodies.ordered[body],
+            finished=self.bodies[body].finished_number,
+            ordered=self.bodies[body].ordered,
             fence=self.fence,
             stood_s=stood_s,
             phase=phase,
@@ -265,65 +261,48 @@ class Arena:
 
     def tick(self) -> tuple[list[Note], list[int]]:
         """Advance by one tick; returns the entries, and the robots whose bodies have finished an order."""
-        outlook = self._is_safe and self._ticks + 1 < self._outlook_until
-        if outlook and self.bodies.coast(now_s=self.now_s, tick_s=TICK_S):
-            self._go_to(self._ticks + 1)
-            return self._note(self._sample_moved(self._moving)), []
-        began_s, headings_rad, moving = self.now_s, self.bodies.heading_rad, self.bodies.moving
+        began_s, moving = self.now_s, self.bodies.movers
         moves = self.bodies.tick(now_s=began_s, tick_s=TICK_S)
-        veered = np.flatnonzero(moves.veered).tolist()
-        for body in veered:
-            self._corners_m[body].append(moves.starts_m[body])
-        unsampled = [body for body in veered if not self._sampled[body]]
-        notes = [Note(began_s, each) for each in self._poses(unsampled, moves.starts_m, headings_rad)]
+        for body in moves.veered:
+            self._corners_m[body].append(moves.starts[body][:2])
+        unsampled = [body for body in moves.veered if body not in self._sampled]
+        notes = [Note(began_s, each) for each in self._poses(unsampled, moves.starts)]
         self._go_to(self._ticks + 1)
         notes += self._sample_moved(moving)
         notes += [self.note(BodyStopped(robot=body + 1)) for body in moves.stopped]
         notes += self._watch(moves)
         notes += [self.note(record) for body in moves.finished for record in self._finish(body)]
-        self._moving = self.bodies.moving
-        self._any_moving = bool(self._moving.any())
-        if moving.any():
+        if moving:
             self.moved_s = self.now_s
-        return self._note(notes), [body + 1 for body in moves.finished]
-
-    def _note(self, notes: list[Note]) -> list[Note]:
-        """Update the times of the last entry and the last motion."""
         if notes:
             self._noted_s = self.now_s
-        if self._any_moving:
-            self.moved_s = self.now_s
-        return notes
+        return notes, [body + 1 for body in moves.finished]
 
     def _go_to(self, ticks: int) -> None:
         self._ticks = ticks
         self.now_s = round(ticks * TICK_S, 9)  # 4.02 and not 4.0200000000000005
 
-    def _sample_moved(self, moved: Flags) -> list[Note]:
+    def _sample_moved(self, moved: Sequence[int]) -> list[Note]:
         """The samples to record before odometry is sent; at least one per `QUIET_S`."""
         if not self.is_odometry_instant:
-            self._sampled = self._none
+            self._sampled = ()
             return []
-        self._sampled = moved
-        if not moved.any() and self.now_s - self._noted_s >= QUIET_S - ROUNDING_S:
-            self._sampled = self._first
-        return self._samples(np.flatnonzero(self._sampled).tolist())
+        is_quiet = not moved and self.now_s - self._noted_s >= QUIET_S - ROUNDING_S
+        self._sampled = (0,) if is_quiet else moved
+        return self._samples(self._sampled)
 
     def _watch(self, moves: Moves) -> list[Note]:
         """Rule 3."""
-        if moves.veered.any() or self._ticks >= self._outlook_until:
-            moves_m = moves.ends_m - moves.starts_m
-            ticks = min(self.bodies.straight_ticks(np.hypot(*moves_m.T)), OUTLOOK_TICKS_MAX)
-            self._outlook_until = self._ticks + ticks
-            ends_m = moves.starts_m + (1 + ticks) * moves_m
-            self._is_safe = self._monitor.is_safe(moves.starts_m, ends_m, courses_m=self.bodies.courses_m)
-        if self._is_safe:
+        if self._monitor.is_calm and self.guard.are_safe(self.bodies, moves):
             return []
-        return [self.note(each) for each in self._monitor.watch(moves.starts_m, moves.ends_m, t_s=self.now_s)]
+        starts_m, ends_m = self.bodies.place_m, self.bodies.place_m
+        for body, start in moves.starts.items():
+            starts_m[body] = start[:2]
+        return [self.note(each) for each in self._monitor.watch(starts_m, ends_m, t_s=self.now_s)]
 
     def _order_clearance_m(self, body: int) -> float | None:
         """The least clearance of a hull since its body accepted its order; None without obstacles."""
-        way_m = np.array([*self._corners_m[body], self.bodies.place_m[body]])
+        way_m = np.array([*self._corners_m[body], self.bodies.places[body]])
         least_m = float(clearance(self._ground, way_m[:-1], way_m[1:]).min()) - self._radius_m
         return least_m if least_m < np.inf else None
 
@@ -347,6 +326,24 @@ class Arena:
         self._finished[body] = ordered
         step = StepFinished(robot=body + 1, step=order.step, x_m=x_m, y_m=y_m, clearance_m=clearance_m)
         return [done, step]
+
+
+def _nearest_m(bodies: Sequence[int], places: list[Place]) -> list[float]:
+    """How far each of these bodies is from the nearest other one; in a large fleet by arrays."""
+    if len(places) > SMALL_FLEET:
+        all_m = np.array(places)
+        x, y = (np.subtract.outer(column[bodies], column) for column in all_m.T)
+        squares = x * x + y * y
+        squares[np.arange(len(bodies)), bodies] = math.inf
+        nearest_m: list[float] = np.sqrt(squares.min(axis=1)).tolist()
+        return nearest_m
+    return [_nearest_of_few_m(body, places) for body in bodies]
+
+
+def _nearest_of_few_m(body: int, places: list[Place]) -> float:
+    x_m, y_m = places[body]
+    squares = ((x - x_m) * (x - x_m) + (y - y_m) * (y - y_m) for x, y in places[:body] + places[body + 1 :])
+    return math.sqrt(min(squares, default=math.inf))
 
 
 def _to_the_micrometre(distance_m: float) -> float | None:

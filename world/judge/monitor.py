@@ -9,7 +9,7 @@ Rule 5: a promise that stays broken is one violation, until it has been kept aga
 """
 
 import math
-from collections.abc import Set
+from collections.abc import Iterator, Set
 from dataclasses import dataclass, field
 from typing import Self
 
@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 from protocol.arrays import Floats, distances_to_segments
 from protocol.mission import Bounds
 from protocol.timeline import PromiseBroken
-from world.geometry.clearance import clearance, keep_off, separations
+from world.geometry.clearance import clearance, separations
 from world.geometry.movers import Movers
 from world.geometry.shapes import Ground
+from world.judge.moves import Intervals
 from world.scenario.scenario import Scenario
 
 Rows = NDArray[np.intp]
@@ -84,8 +85,6 @@ class Monitor:
     """The positions when all pairs were last compared."""
     _slack_m: float = 0.0
     """How much nearer than then two bodies can come before all pairs must be compared again."""
-    _clear_ways_m: Floats = field(default_factory=lambda: np.empty((0, 4)))
-    """The newest way of each body that is known to be clear; nan if none is."""
     _broken: set[Topic] = field(default_factory=set)
 
     @classmethod
@@ -131,45 +130,49 @@ class Monitor:
             *self._judge_pairs(starts_m, ends_m, t_s),
         ]
 
-    def is_safe(self, starts_m: Floats, ends_m: Floats, *, courses_m: Floats | None = None) -> bool:
-        """Whether these next moves, or parts of them, certainly break no promise.
+    def watch_all(self, intervals: Intervals) -> Iterator[tuple[float, PromiseBroken]]:
+        """Judge moves interval by interval; returns the violations with the ends of their intervals."""
+        if self._watch_calm(intervals):
+            return
+        for t_s, starts_m, ends_m, clear_m in zip(*intervals, strict=True):
+            yield from ((t_s, each) for each in self.watch(starts_m, ends_m, t_s=t_s, clear_m=clear_m))
 
-        The state does not change: the bodies may still move otherwise.
-
-        Args:
-            starts_m: (N, 2) [world frame].
-            ends_m: likewise.
-            courses_m: (N, 4), from x, y to x, y: for each body a straight way that contains its move. A way
-                that is clear is not checked again.
-        """
-        if self._broken or self.movers.names:
+    def _watch_calm(self, intervals: Intervals) -> bool:
+        """Judge all intervals at once if they break no promise; else do nothing. The result is the same."""
+        if not self.is_calm or len(self.clearance_m) == 0:
             return False
-        moved = np.flatnonzero((starts_m != ends_m).any(axis=1))
-        if len(moved) == 0:
-            return True
-        clear = courses_m is not None and self._are_clear(moved, courses_m)
-        if not clear and not self._are_clear(moved, np.hstack((starts_m, ends_m))):
+        ends_s, starts_m, ends_m, clear_m = intervals
+        moved = (starts_m != ends_m).any(axis=2)
+        stale = moved | np.concatenate((self._moved[np.newaxis], moved[:-1]))
+        clearance_m = np.where(stale, clear_m - self.promises.radius_m, math.inf)
+        one, other, apart_m = self._pairs_apart(starts_m, ends_m)
+        if (
+            _is_broken(clearance_m, self.promises.clearance_m_required).any()
+            or (self._inside_m(ends_m) < -ROUNDING_M).any()
+            or _is_broken(apart_m, self.promises.separation_m_required).any()
+        ):
             return False
-        _, _, apart_m = self._pairs_apart(starts_m, ends_m)
-        return bool((apart_m > self.promises.separation_m_required).all())
-
-    def _are_clear(self, rows: Rows, ways_m: Floats) -> bool:
-        """Whether ways of bodies keep off obstacles and inside the bounds; clear ways are remembered."""
-        if len(self._clear_ways_m) == 0:
-            self._clear_ways_m = np.full_like(ways_m, math.nan)
-        new = rows[(self._clear_ways_m[rows] != ways_m[rows]).any(axis=1)]
-        if len(new) == 0:
-            return True
-        starts_m, ends_m = ways_m[new, :2], ways_m[new, 2:]
-        # Points on a way are rounded; the distance of the way itself is not.
-        kept_m = self.promises.radius_m + self.promises.clearance_m_required + ROUNDING_M
-        # Their starts have been checked before.
-        if not keep_off(self.ground, starts_m, ends_m, kept_m):
-            return False
-        if not (self._inside_m(ends_m) > ROUNDING_M).all():
-            return False
-        self._clear_ways_m[new] = ways_m[new]
+        self._watched_s, self._moved = ends_s[-1], moved[-1]
+        self.clearance_m = _newest(self.clearance_m, clearance_m)
+        if clearance_m.min() < self.least_clearance.distance_m:
+            when, row = divmod(int(clearance_m.argmin()), clearance_m.shape[1])
+            self.least_clearance = Least(
+                distance_m=float(clearance_m[when, row]), t_s=ends_s[when], robot=row + 1
+            )
+        if apart_m.min(initial=math.inf) < self.least_separation.distance_m:
+            when, pair = divmod(int(apart_m.argmin()), apart_m.shape[1])
+            self.least_separation = Least(
+                distance_m=float(apart_m[when, pair]),
+                t_s=ends_s[when],
+                robot=int(one[pair]) + 1,
+                other=int(other[pair]) + 1,
+            )
         return True
+
+    @property
+    def is_calm(self) -> bool:
+        """Whether moves may be left out that certainly break no promise."""
+        return not self._broken and not self.movers.names
 
     def _judge_clearance(self) -> list[PromiseBroken]:
         required_m = self.promises.clearance_m_required
@@ -224,13 +227,13 @@ class Monitor:
         return self._newly("S1", "bounds", measured, 0.0, "out of bounds")
 
     def _inside_m(self, places_m: Floats) -> Floats:
-        """The distance of each hull from the bounds (N,); negative outside."""
+        """The distance of each hull from the bounds (...,); negative outside."""
         bounds = self.promises.bounds
         if bounds is None:
-            return np.full(len(places_m), math.inf)
+            return np.full(places_m.shape[:-1], math.inf)
         low_m = places_m - (bounds.x_m_min, bounds.y_m_min)
         high_m = np.array((bounds.x_m_max, bounds.y_m_max)) - places_m
-        inside_m: Floats = np.minimum(low_m, high_m).min(axis=1) - self.promises.radius_m
+        inside_m: Floats = np.minimum(low_m, high_m).min(axis=-1) - self.promises.radius_m
         return inside_m
 
     def _judge_pairs(self, starts_m: Floats, ends_m: Floats, t_s: float) -> list[PromiseBroken]:
@@ -251,11 +254,16 @@ class Monitor:
         return self._newly("S2", "separation", measured, required_m, "two robots nearer than promised")
 
     def _pairs_apart(self, starts_m: Floats, ends_m: Floats) -> tuple[Rows, Rows, Floats]:
-        """Pairs of hulls with their least distance during the moves; omitted pairs are far apart."""
+        """Pairs of hulls with their least distance during the moves; omitted pairs are far apart.
+
+        The moves are (N, 2), or (T, N, 2) for several intervals.
+        """
         one, other = self._near_pairs(starts_m, ends_m)
         # Relative to one body the other moves straight.
         nearest_m = distances_to_segments(
-            np.zeros(2), starts_m[other] - starts_m[one], ends_m[other] - ends_m[one]
+            np.zeros(2),
+            starts_m[..., other, :] - starts_m[..., one, :],
+            ends_m[..., other, :] - ends_m[..., one, :],
         )
         return one, other, nearest_m - 2 * self.promises.radius_m
 
@@ -266,9 +274,9 @@ class Monitor:
         comparison is quadratic: 1000 bodies have half a million pairs.
         """
         if len(self._compared_m) == 0 or 2.0 * self._off_compared_m(starts_m, ends_m) > self._slack_m:
-            self._compared_m = starts_m
+            self._compared_m = first_m = starts_m.reshape(-1, *starts_m.shape[-2:])[0]
             self._slack_m = PAIR_SLACK_M + 2.0 * self._off_compared_m(starts_m, ends_m)
-            apart_m = separations(starts_m, starts_m) - 2 * self.promises.radius_m
+            apart_m = separations(first_m, first_m) - 2 * self.promises.radius_m
             near_m = max(
                 self.promises.separation_m_required, min(self.least_separation.distance_m, apart_m.min())
             )
@@ -279,7 +287,7 @@ class Monitor:
     def _off_compared_m(self, starts_m: Floats, ends_m: Floats) -> float:
         """The largest distance of any body, at either end of its move, from its position compared then."""
         off_m = np.concatenate((starts_m - self._compared_m, ends_m - self._compared_m))
-        return float(np.hypot(off_m[:, 0], off_m[:, 1]).max())
+        return float(np.hypot(off_m[..., 0], off_m[..., 1]).max())
 
     def _newly(
         self,
@@ -310,6 +318,13 @@ class Monitor:
         before = {key for key in self._broken if key[0] == topic}
         self._broken = (self._broken - before) | broken
         return broken - before
+
+
+def _newest(known_m: Floats, measured_m: Floats) -> Floats:
+    """For each body (N,) the newest of the distances (T, N) that is finite; else the known one."""
+    is_measured = measured_m < math.inf
+    newest = len(measured_m) - 1 - is_measured[::-1].argmax(axis=0)
+    return np.where(is_measured.any(axis=0), measured_m[newest, np.arange(len(known_m))], known_m)
 
 
 def _is_broken(distance_m: Floats, required_m: float) -> NDArray[np.bool_]:

@@ -9,6 +9,7 @@ Rule 2: a body that stands is not sampled. So an interval is certain once the wo
 from bisect import bisect_right, insort
 from collections.abc import Iterator
 from operator import itemgetter
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,8 +21,18 @@ from world.geometry.shapes import Ground
 LAG_S = 5.0  # the world samples a moving body every 0.1 s; a resumed world leaves out a second
 MOVES_AT_ONCE = 1000  # moves judged against obstacles in one call: more need memory and save no time
 
-Interval = tuple[float, Floats, Floats, Floats]
-"""End time, starts, ends, and clearance of the ways from obstacles."""
+
+class Intervals(NamedTuple):
+    """Some intervals of N bodies, one after the other."""
+
+    ends_s: list[float]
+    """(T,), the time at which each interval ends."""
+    starts_m: Floats
+    """(T, N, 2) [world frame]."""
+    ends_m: Floats
+    """(T, N, 2) [world frame]."""
+    clear_m: Floats
+    """(T, N), the clearance of the ways from obstacles."""
 
 
 class Moves:
@@ -43,7 +54,7 @@ class Moves:
     def __len__(self) -> int:
         return len(self._instants_s) * len(self._samples)
 
-    def hear(self, t_s: float, pose: PoseSampled) -> Iterator[Interval]:
+    def hear(self, t_s: float, pose: PoseSampled) -> Iterator[Intervals]:
         """Process a sample; returns the intervals that are certain now, some at a time.
 
         The first one has no motion: it is the initial placement.
@@ -61,7 +72,7 @@ class Moves:
         if self._unplaced == 0 and self._is_due(t_s):
             yield from self._take(bisect_right(self._instants_s, t_s - LAG_S))
 
-    def close(self) -> Iterator[Interval]:
+    def close(self) -> Iterator[Intervals]:
         """All other intervals; none if not all bodies were placed: then nothing moved."""
         if self._unplaced == 0:
             yield from self._take(len(self._instants_s))
@@ -70,7 +81,7 @@ class Moves:
         at_once = self._at_once
         return len(self._instants_s) > at_once and self._instants_s[at_once - 1] <= now_s - LAG_S
 
-    def _take(self, count: int) -> Iterator[Interval]:
+    def _take(self, count: int) -> Iterator[Intervals]:
         """The next intervals, so many."""
         robots = len(self._samples)
         while count > 0:
@@ -83,7 +94,7 @@ class Moves:
             starts_m = np.concatenate((before_m, places_m[:-1]))
             self._ends_m, self._ended_s = places_m[-1], float(instants_s[-1])
             clear_m = clearance(self._ground, starts_m.reshape(-1, 2), places_m.reshape(-1, 2))
-            yield from zip(instants_s.tolist(), starts_m, places_m, clear_m.reshape(-1, robots), strict=True)
+            yield Intervals(instants_s.tolist(), starts_m, places_m, clear_m.reshape(-1, robots))
 
     def _places_m(self, instants_s: Floats) -> Floats:
         """Where all bodies were at these times; samples from before the last of them are dropped."""

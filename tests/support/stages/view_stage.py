@@ -203,7 +203,7 @@ class ViewStage:
         """Somebody puts a body, which stands, elsewhere."""
         bodies, body = self.world.bodies, robot - 1
         pose = Pose(x_m=x_m, y_m=y_m, heading_rad=0.0)
-        ordered, finished = bodies.ordered[body], bodies.finished_number[body]
+        ordered, finished = bodies[body].ordered, bodies[body].finished_number
         bodies.resume(body, pose, ordered=ordered, finished=finished, now_s=self.now_s)
 
     def raised_by(self, robot: int) -> None:

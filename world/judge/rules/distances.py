@@ -7,7 +7,7 @@ import numpy as np
 from protocol.keys import WORLD
 from protocol.timeline import Entry, PoseSampled
 from world.judge.monitor import Monitor
-from world.judge.moves import Interval, Moves
+from world.judge.moves import Intervals, Moves
 from world.judge.rules.rule import Dated
 from world.scenario.scenario import Scenario
 
@@ -39,9 +39,9 @@ class Distances:
         """The last few seconds."""
         yield from self._watch(self._moves.close())
 
-    def _watch(self, intervals: Iterable[Interval]) -> Iterator[Dated]:
-        for t_s, starts_m, ends_m, clear_m in intervals:
-            yield from (
-                (t_s, each) for each in self.monitor.watch(starts_m, ends_m, t_s=t_s, clear_m=clear_m)
-            )
-            self.path_m += float(np.hypot(*(ends_m - starts_m).T).sum())
+    def _watch(self, all_intervals: Iterable[Intervals]) -> Iterator[Dated]:
+        for intervals in all_intervals:
+            yield from self.monitor.watch_all(intervals)
+            moves_m = intervals.ends_m - intervals.starts_m
+            for driven_m in np.hypot(moves_m[..., 0], moves_m[..., 1]).sum(axis=1).tolist():
+                self.path_m += driven_m

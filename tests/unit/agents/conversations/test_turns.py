@@ -61,7 +61,7 @@ def test_v5_an_order_of_a_turn_moves_no_body_under_all() -> None:
     stage = in_turn(2, 3, SCATTERED)
     (late, *_) = drives_after(stage, 3, 0)
     stage.run(lambda: stage.fence.may is May.ALL)
-    number = stage.world.bodies.ordered[2] + 1
+    number = stage.world.bodies[2].ordered + 1
     stage.deliver(late._replace(thing=replace(late.thing, number=number, basis_s=stage.now_s)))
     assert 3 not in stage.moving()
     assert stage.records_of(OrderRefused)[-1].number == number

@@ -8,8 +8,10 @@ import pytest
 from click.testing import Result
 
 from clew.campaign import second
+from protocol.timeline import PromiseBroken
 from tests.support.campaigns import clew, scene
 from world.judge.monitor import Least, Monitor
+from world.judge.moves import Intervals
 
 
 @pytest.fixture
@@ -42,14 +44,14 @@ def test_what_was_not_judged_twice_is_played_again_where_it_has_to_be(folder: Pa
 
 
 def test_a_disagreement_is_a_surprise(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    watch = Monitor.watch
+    watch = Monitor.watch_all
 
-    def lenient(self: Monitor, *moves: Any, **more: Any) -> Any:  # noqa: ANN401 - as the monitor's own
-        broken = watch(self, *moves, **more)
+    def lenient(self: Monitor, intervals: Intervals) -> list[tuple[float, PromiseBroken]]:
+        broken = list(watch(self, intervals))
         self.least_clearance = Least(distance_m=1.0)
         return broken
 
-    monkeypatch.setattr(Monitor, "watch", lenient)
+    monkeypatch.setattr(Monitor, "watch_all", lenient)
     said = campaign(folder)
     assert said.exit_code == 1
     assert "judges: scenes/one, seed 1: clearance_m_min is" in said.stdout

@@ -1,16 +1,16 @@
 """Judging as entries come: what is certain, what waits, and what ending costs."""
 
 from collections import Counter
+from collections.abc import Iterator
 
 import pytest
 
-from protocol.arrays import Floats
 from protocol.timeline import Entry, PoseSampled, PromiseBroken, Record
 from tests.support.histories.fenced import EXACT, RUN, Said, grant, order, run
 from tests.support.logs.driving_logs import ORDER, entries, scenario
 from world.judge.judgement import Court, Judge, judge
 from world.judge.monitor import Monitor
-from world.judge.moves import LAG_S
+from world.judge.moves import LAG_S, Intervals
 from world.judge.rules.distances import MOVES_AT_ONCE
 
 SHORT, LONG = 3_000, 30_000
@@ -56,15 +56,13 @@ def test_what_is_kept_does_not_grow_with_the_entries() -> None:
 
 @pytest.mark.parametrize("many", [SHORT, LONG])
 def test_ending_judges_the_last_seconds_only(many: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    judging, watch, watched = Judge(scenario()), Monitor.watch, list[float]()
+    judging, watch, watched = Judge(scenario()), Monitor.watch_all, list[float]()
 
-    def counted(
-        self: Monitor, starts_m: Floats, ends_m: Floats, *, t_s: float, clear_m: Floats | None = None
-    ) -> list[PromiseBroken]:
-        watched.append(t_s)
-        return watch(self, starts_m, ends_m, t_s=t_s, clear_m=clear_m)
+    def counted(self: Monitor, intervals: Intervals) -> Iterator[tuple[float, PromiseBroken]]:
+        watched.extend(intervals.ends_s)
+        return watch(self, intervals)
 
-    monkeypatch.setattr(Monitor, "watch", counted)
+    monkeypatch.setattr(Monitor, "watch_all", counted)
     for source, entry in entries(many):
         judging.hear(source, entry)
     during = len(watched)

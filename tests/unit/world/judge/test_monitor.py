@@ -11,10 +11,11 @@ from shapely.ops import unary_union
 from protocol.mission import Bounds
 from protocol.timeline import PromiseBroken
 from tests.support.scenes.world_scenarios import scenario
-from world.geometry.clearance import separations
+from world.geometry.clearance import clearance, separations
 from world.geometry.movers import Movers
 from world.geometry.moving import MovingCircle
 from world.judge.monitor import Monitor, Promises
+from world.judge.moves import Intervals
 
 quietly = settings(deadline=None)  # the machine may be busy
 places = st.lists(st.tuples(st.floats(-3, 5), st.floats(-2, 2)), min_size=3, max_size=3)
@@ -94,41 +95,31 @@ def test_no_near_pair_is_overlooked_though_not_all_pairs_are_compared_each_time(
 
 
 @quietly
-@given(places, places, st.lists(st.floats(0, 1), max_size=4), st.sampled_from([None, 1.0, 1.5]))
-def test_safe_moves_violate_nothing_in_any_parts(
-    starts: list[tuple[float, float]],
-    ends: list[tuple[float, float]],
-    cuts: list[float],
-    course_share: float | None,
+@given(st.lists(places, min_size=3, max_size=6), st.sampled_from([0.0, 0.08]), st.sampled_from([2.0, 6.0]))
+def test_many_intervals_are_judged_at_once_as_one_by_one(
+    instants: list[list[tuple[float, float]]], required_m: float, size_m: float
 ) -> None:
-    begin, end = np.array(starts), np.array(ends)
-    courses_m = None if course_share is None else np.hstack((begin, begin + course_share * (end - begin)))
-    watcher = monitor(bounds=Bounds(x_m_min=-2.5, y_m_min=-2.0, x_m_max=4.5, y_m_max=2.0))
-    broken_before = watcher.watch(begin, begin, t_s=0.0)
-    safe = watcher.is_safe(begin, end, courses_m=courses_m)
-    assert not (safe and broken_before)
-    assert watcher.is_safe(begin, end, courses_m=courses_m) is safe
-    parts = [begin + cut * (end - begin) for cut in sorted([0.0, *cuts, 1.0])]
-    broken = play(watcher, *([(x, y) for x, y in part.tolist()] for part in parts))
-    assert not (safe and broken)
-
-
-def test_moves_through_obstacles_robots_or_bounds_are_not_safe() -> None:
-    watcher = monitor(bounds=Bounds(x_m_min=-2.5, y_m_min=-2.0, x_m_max=4.5, y_m_max=2.0))
-    begin = np.array([(0.0, 0.0), (0.0, 1.0)])
-    assert watcher.is_safe(begin, begin)
-    for x_m, y_m, safe in ((0.9, -0.3, True), (2.0, 0.8, False), (-2.45, 0.0, False), (0.0, 0.75, False)):
-        assert watcher.is_safe(begin, np.array([(x_m, y_m), (0.0, 1.0)])) is safe
-    play(watcher, begin.tolist(), [(1.5, 0.6), (0.0, 1.0)])
-    assert not watcher.is_safe(begin, begin)  # a promise is broken: its return must be noticed
-
-
-def test_a_move_may_be_safe_on_a_course_that_is_not() -> None:
-    watcher, begin, end = monitor(), np.array([(0.0, 0.0)]), np.array([(0.5, 0.3)])
-    courses_m = np.array([(0.0, 0.0, 2.0, 1.2)])
-    watcher.watch(begin, begin, t_s=0.0)
-    assert watcher.is_safe(begin, end, courses_m=courses_m)
-    assert not watcher.is_safe(begin, courses_m[:, 2:], courses_m=courses_m)
+    bounds = Bounds(x_m_min=-size_m, y_m_min=-size_m, x_m_max=size_m, y_m_max=size_m)
+    each, many = (
+        monitor(radius_m=0.01, clearance_m=required_m, separation_m=required_m, bounds=bounds)
+        for _ in range(2)
+    )
+    at_m = np.array([instants[0], *instants, *instants[-1:]])
+    broken = [
+        (float(t_s), breach)
+        for t_s, (before_m, after_m) in enumerate(pairwise(at_m))
+        for breach in each.watch(before_m, after_m, t_s=float(t_s))
+    ]
+    found: list[tuple[float, PromiseBroken]] = []
+    for first, last in ((0, 1), (1, len(at_m) - 1)):
+        starts_m, ends_m = at_m[first:last], at_m[first + 1 : last + 1]
+        clear_m = np.array([clearance(GROUND, *way) for way in zip(starts_m, ends_m, strict=True)])
+        times_s = [float(t_s) for t_s in range(first, last)]
+        found += many.watch_all(Intervals(times_s, starts_m, ends_m, clear_m))
+    assert found == broken
+    assert many.least_clearance == each.least_clearance
+    assert many.least_separation == each.least_separation
+    assert many.clearance_m.tolist() == each.clearance_m.tolist()
 
 
 def test_clearance_is_judged_between_the_ends_of_a_move() -> None:

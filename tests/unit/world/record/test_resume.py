@@ -78,7 +78,7 @@ def test_a_world_killed_at_any_point_resumes_with_later_times_and_the_bodies_whe
     now = first_told(after)
     assert now.t_s > last.t_s
     assert now.t_s <= before.world.now_s + QUIET_S + 0.3
-    assert (now.finished, now.ordered) == (before.world.bodies.finished_number[0], 1)
+    assert (now.finished, now.ordered) == (before.world.bodies[0].finished_number, 1)
     # Its place at the last odometry, or at a later record.
     assert last.pose.x_m - 1e-9 <= now.pose.x_m <= before.world.bodies.pose(0).x_m + 1e-9
 
