@@ -7,7 +7,7 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
     "run": [
         "run",
         "run paper --speed max",
-        "run paper -n 50 --law certified --seed 7 --faults leader-killed --view",
+        "run grove --seed 7 --faults leader-killed --view",
     ],
     "rehearse": [
         "rehearse paper -n 8 --law certified --seed 7",
