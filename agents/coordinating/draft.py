@@ -102,8 +102,9 @@ class Draft:
 
     @property
     def tried(self) -> frozenset[int]:
-        """Who has had a turn in vain since a robot last came to a place."""
-        return frozenset(self._blocked)
+        """Who has had a turn in vain behind this very strand."""
+        strand = tuple(self.strand)
+        return frozenset(robot for robot, behind in self._in_vain.items() if behind == strand)
 
     def begin(self, reports: Mapping[int, Report], obstacle_m: Mapping[int, float]) -> None:
         """Compute the order of those that have reported; who is in place is known when they have looked."""
@@ -166,7 +167,7 @@ class Draft:
         waiting = [robot for robot in sorted(reports) if robot not in self.strand]
         if not waiting:
             return Done()
-        free = [robot for robot in waiting if self._in_vain.get(robot) != tuple(self.strand)]
+        free = [robot for robot in waiting if robot not in self.tried]
         if self._made_way in free and len(free) > 1:
             free.remove(self._made_way)
         if free:

@@ -14,6 +14,7 @@ from functools import cache
 
 import numpy as np
 
+from protocol.arrays import Floats
 from protocol.fence import Change, Fence, May
 from protocol.frames import Pose
 from protocol.timeline import (
