@@ -213,7 +213,7 @@ OF_VIEWS = (
         "legs-of-two-epochs",
         "a leg counts as driven only if both robots' places lie on one path of one epoch",
         "agents/membership/places.py",
-        "(each for each in ahead if each.epoch == berth.epoch and not each.draft)",
+        "(each for each in ahead if each.epoch == own.epoch and not each.draft)",
         "(each for each in ahead if not each.draft)",
         check="tests/unit/agents/membership/test_places.py::"
         "test_v23_a_leg_between_places_of_two_epochs_or_that_is_not_known_was_not_driven",

@@ -1,34 +1,55 @@
 """When a bound robot gives its coordinator up."""
 
+from agents.body.driver import Driver
+from agents.body.senses import Senses
 from agents.commands import Put
 from agents.liveness.suspicion import Suspicion
+from agents.liveness.timing import Timing
+from agents.membership.past import Past
+from agents.membership.places import Places
 from agents.membership.pleas import Pleas
 from agents.membership.proposing import Proposing
-from protocol.fence import Fence, May
+from agents.membership.reporting import Reporter
+from agents.strand.memory import Memory
+from protocol.fence import Epoch, Fence, May
+from protocol.frames import Point, Pose
 from protocol.keys import WORLD_NUMBER
 from protocol.wire.messages import Odometry, Phase
-from tests.unit.agents.membership.test_reporting import EPOCH, HERE, LIFE, TIMING, Bound
+from tests.support.stages.one_step import under
 
+MISSION = under("certified", robots=3, robot_radius_m=0.1, goal=Point(x_m=5.0, y_m=0.0))
+TIMING = Timing()
+EPOCH = Epoch(generation=2, robot=1, life=5)
 TURN = Fence(epoch=EPOCH, turn=1, may=May.ONE, robot=3, life=9)
+LIFE = 77
 
 
 def raised_at_s(*, last_moved_s: float, until_s: float = 8.0) -> float | None:
     """When a robot whose reports are not answered puts a raise, in the turn of another."""
     suspicion = Suspicion(TIMING, silent_s_max=2.0)
     suspicion.presence.come(WORLD_NUMBER, "world", 0.0)
-    bound, proposing = Bound(), Proposing(2, LIFE, TIMING, suspicion, Pleas(TIMING))
+    driver = Driver(speed_mps=0.3)
+    senses, memory = Senses(MISSION, driver), Memory(MISSION)
+    reporter = Reporter(EPOCH, LIFE, MISSION, TIMING, memory, Past(), Places(), heard_at_s=0.0)
+    proposing = Proposing(2, LIFE, TIMING, suspicion, Pleas(TIMING))
     proposing.enter(TURN, 0.0)
     for tenth in range(int(10 * until_s)):
         now_s = tenth / 10.0
         suspicion.live(now_s)
-        bound.at(now_s)
         told = Odometry(
-            n=tenth + 1, t_s=now_s, pose=HERE, moving=False, finished=0, fence=TURN, phase=Phase.RUNNING,
+            n=tenth + 1,
+            t_s=now_s,
+            pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0),
+            moving=False,
+            finished=0,
+            fence=TURN,
             stood_s=max(0.0, now_s - last_moved_s),
-        )  # fmt: skip
-        if any(isinstance(each, Put) for each in proposing.act(
-            TURN, told, bound.reporter, None, now_s, coordinates=False
-        )):  # fmt: skip
+            phase=Phase.RUNNING,
+        )
+        driver.hear(told)
+        reporter.act(driver, senses, now_s)
+        commands = proposing.act(TURN, told, reporter, None, now_s, coordinates=False)
+        if any(isinstance(command, Put) for command in commands):
             return now_s
     return None
 
