@@ -8,6 +8,8 @@ Rule 3: where it knows no way on, and the strand has lost robots, it wants anoth
         robot has led in vain, and the map shows this one no way from any place of the strand. A strand that
         has tried another leader does not turn round any more: any robot may lead. The first leader waits
         before it says that the route is lost, where bodies or obstacles may move away.
+Rule 4: after each step that it gives up, but the first ones in an epoch, it waits before it plans again, for a
+        time that its life draws. Else two leaders that see the same give way to each other for ever.
 """
 
 import math
@@ -30,6 +32,9 @@ COMES_BACK_S = 15.0  # with robots that are left out: who has gone for so long d
 TURNS_MAX = 8  # with no step towards the goal between them
 STANDS_S = 2.0  # in the way for so long: no passer-by
 LEADERS_MAX = 5  # tried from one place, one after the other
+GIVEN_UP_MAX = 2  # in one epoch without a wait: a passer-by costs a leader one or two steps
+BACK_OFF_S = 2.0  # a robot drives by another in this time; the longest wait grows by it
+BACK_OFFS_MAX = 4
 SETTLED_S = 2.0  # who moves is heard of within a heartbeat a robot; between two of them another has begun
 
 
@@ -46,6 +51,8 @@ class Leading:
         self._strand = strand
         self._step: StepPlanned | None = None
         self._gives_up = False
+        self._given_up = 0
+        """Steps given up in this epoch."""
         self._plans_again_s = -math.inf
         self._stuck_at_s = math.inf
         self._lost = self._arrived = False
@@ -75,7 +82,11 @@ class Leading:
         """Drive the step in hand to its end, then plan the next one."""
         if self._lost or self._arrived or not self._driver.standing:
             return []
-        return [] if self._drives_on() else self._end_step() + self.plan(now_s)
+        if self._drives_on():
+            return []
+        if self._gives_up and self._step is not None:
+            self._plans_again_s = now_s + self._back_off_s()
+        return self._end_step() + self.plan(now_s)
 
     def finish_step(self) -> list[Command]:
         """Drive the step in hand to its end, and plan no other."""
@@ -85,6 +96,13 @@ class Leading:
         """Stop, and end the step there."""
         self._gives_up = True
         self._driver.stand()
+
+    def _back_off_s(self) -> float:
+        """Rule 4: eight random bits of the life for each wait."""
+        self._given_up += 1
+        waits = self._given_up - GIVEN_UP_MAX
+        share = (self._driver.bearing.life >> 8 * (waits % 8) & 0xFF) / 0xFF
+        return share * BACK_OFF_S * min(max(waits, 0), BACK_OFFS_MAX)
 
     def _drives_on(self) -> bool:
         """Send the body on to the end of the step in hand, if it is not there."""

@@ -88,6 +88,23 @@ def test_a_fleet_that_has_arrived_stands_in_the_way_of_the_others_and_is_not_tou
     assert said["fleets"]["early"]["sim_s"] < said["fleets"]["late"]["sim_s"]
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+def test_two_leaders_that_see_the_same_do_not_give_way_to_each_other_for_ever(
+    tmp_path: Path, seed: int
+) -> None:
+    """Mirror images without any error: without the waits that their lives draw, the time is up at 200 s."""
+    east = fleet("east", (0.7, 3.0, 0.0), (5.3, 3.0), robots=1)
+    north = fleet("north", (3.0, 0.7, np.pi / 2), (3.0, 5.3), robots=1)
+    exact = raw()["drive"] | {"heading_error_rad": 0.0}
+    bounds = {"x_m_min": 0.0, "y_m_min": 0.0, "x_m_max": 6.0, "y_m_max": 6.0}
+    sensor = {"directions": 360, "range_m_max": 3.0}
+    ground = shared(east, north, drive=exact, bounds=bounds, sensor=sensor, time={"time_s_max": 80.0})
+    rehearsed(ground, tmp_path, seed=seed)
+    said = json.loads((tmp_path / "verdict.json").read_bytes())
+    assert said["ok"], said["reason"]
+    assert said["between_m_min"] < 0.1  # they did meet
+
+
 def test_the_verb_rehearses_all_fleets_and_says_which_one_failed(tmp_path: Path) -> None:
     (path := tmp_path / "meeting.toml").write_text(toml_text(raw()))
     said = clew("rehearse", path, "-n", "1", "--time-s-max", "1", "--out", tmp_path / "run")
