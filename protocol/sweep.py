@@ -102,70 +102,87 @@ def _to_slab(x: float, y: float, seen: tuple[float, float, float, float], keep_m
 
 
 def travel_m(origin: Floats, headings: Floats, starts: Floats, ends: Floats, keep_m: Floats) -> Floats:
-    """The free distance from `origin` in each direction.
-
-    Args:
-        origin: where the motion starts (2,) [m].
-        headings: unit vectors (h, 2).
-        starts: one end of each segment (n, 2) [m].
-        ends: the other end (n, 2) [m].
-        keep_m: distance to keep from each segment (n,) [m].
-
-    Returns:
-        Metres for each heading (h,), infinite where nothing is in the way. A segment that is already
-        nearer than its distance forbids only motion towards it.
-    """
-    if len(starts) == 0:
-        return np.full(len(headings), np.inf)
-    to_nearest = nearest_on_segments(origin, starts, ends) - origin
-    off_m = np.hypot(to_nearest[:, 0], to_nearest[:, 1])
-    inside = off_m < keep_m - TOUCHING_M
-    free = np.full(len(headings), np.inf)
-    if inside.any():
-        approaching = headings @ to_nearest[inside].T > TOUCHING_M
-        free[approaching.any(axis=1)] = 0.0
-    # Where the start touches, rounding must not decide whether a motion along the wall is free.
-    keep_m = np.maximum(keep_m - np.where(off_m < keep_m + TOUCHING_M, TOUCHING_M / 2.0, 0.0), 0.0)
-    starts, ends, keep_m = starts[~inside] - origin, ends[~inside] - origin, keep_m[~inside]
-    nearest_m = off_m[~inside] - keep_m - TOUCHING_M
-    heading, segment = _in_sight(headings, starts, ends, keep_m)
-    first = segment % FIRST_OF == 0  # a first sample shows how few of the others matter
-    for part in (np.flatnonzero(first), np.flatnonzero(~first)):
-        pairs = part[nearest_m[segment[part]] < free[heading[part]]]
-        entry = _entries(headings[heading[pairs]].T, segment[pairs], starts, ends, keep_m)
-        np.minimum.at(free, heading[pairs], entry)
-    return free
+    """The free distance from `origin` in each direction; see `Stadiums`."""
+    return Stadiums(origin, starts, ends, keep_m).travel_m(headings)
 
 
-def _entries(directions: Floats, segment: Indices, starts: Floats, ends: Floats, keep_m: Floats) -> Floats:
-    """Distance to one stadium in one direction each, (2, p), from the origin, which is outside all."""
-    keep_m = keep_m[segment]
-    entry = np.minimum(
-        np.minimum(
-            _into_disc(directions, starts.T[:, segment], keep_m),
-            _into_disc(directions, ends.T[:, segment], keep_m),
-        ),
-        _into_slab(directions, _sides(starts, ends)[:, segment], keep_m),
-    )
-    return np.maximum(entry, 0.0)
+class Stadiums:
+    """Segments, each with the distance to keep from it, as they lie around one place."""
+
+    def __init__(self, origin: Floats, starts: Floats, ends: Floats, keep_m: Floats) -> None:
+        """Look around.
+
+        Args:
+            origin: where motions start (2,) [m].
+            starts: one end of each segment (n, 2) [m].
+            ends: the other end (n, 2) [m].
+            keep_m: distance to keep from each segment (n,) [m].
+        """
+        to_nearest = nearest_on_segments(origin, starts, ends) - origin
+        off_m = np.hypot(to_nearest[:, 0], to_nearest[:, 1])
+        inside = off_m < keep_m - TOUCHING_M
+        self._to_inside = to_nearest[inside]
+        # Where the start touches, rounding must not decide whether a motion along the wall is free.
+        keep_m = np.maximum(keep_m - np.where(off_m < keep_m + TOUCHING_M, TOUCHING_M / 2.0, 0.0), 0.0)
+        starts, ends, keep_m = starts[~inside] - origin, ends[~inside] - origin, keep_m[~inside]
+        self._nearest_m = off_m[~inside] - keep_m - TOUCHING_M
+        self._keep_m = keep_m
+        self._discs = _discs(starts, keep_m), _discs(ends, keep_m)
+        self._sides = _sides(starts, ends)
+        self._low_rad, self._high_rad = _seen_rad(starts, ends, keep_m)
+
+    def travel_m(self, headings: Floats) -> Floats:
+        """The free distance in each direction.
+
+        Args:
+            headings: unit vectors (h, 2).
+
+        Returns:
+            Metres for each heading (h,), infinite where nothing is in the way. A segment that is already
+            nearer than its distance forbids only motion towards it.
+        """
+        free = np.full(len(headings), np.inf)
+        if len(self._to_inside):
+            approaching = headings @ self._to_inside.T > TOUCHING_M
+            free[approaching.any(axis=1)] = 0.0
+        heading, segment = self._in_sight(headings)
+        first = segment % FIRST_OF == 0  # a first sample shows how few of the others matter
+        for part in (np.flatnonzero(first), np.flatnonzero(~first)):
+            pairs = part[self._nearest_m[segment[part]] < free[heading[part]]]
+            entry = self._entries(headings[heading[pairs]].T, segment[pairs])
+            np.minimum.at(free, heading[pairs], entry)
+        return free
+
+    def _entries(self, directions: Floats, segment: Indices) -> Floats:
+        """Distance to one stadium in one direction each, (2, p), from the origin, which is outside all."""
+        starts, ends = self._discs
+        entry = np.minimum(
+            _into_disc(directions, starts[:, segment]), _into_disc(directions, ends[:, segment])
+        )
+        entry = np.minimum(entry, _into_slab(directions, self._sides[:, segment], self._keep_m[segment]))
+        return np.maximum(entry, 0.0)
+
+    def _in_sight(self, headings: Floats) -> tuple[Indices, Indices]:
+        """The pairs (p,), (p,) of heading and stadium that may meet, seen from the origin."""
+        bearings_rad = np.arctan2(headings[:, 1], headings[:, 0])
+        order = np.argsort(bearings_rad)
+        twice_round_rad = np.concatenate([bearings_rad[order], bearings_rad[order] + 2.0 * np.pi])
+        first = np.searchsorted(twice_round_rad, self._low_rad)
+        counts = np.searchsorted(twice_round_rad, self._high_rad, side="right") - first
+        segment = np.repeat(np.arange(len(counts)), counts)
+        place = np.arange(len(segment)) + np.repeat(first - (np.cumsum(counts) - counts), counts)
+        return order[place % len(order)], segment
 
 
-def _in_sight(headings: Floats, starts: Floats, ends: Floats, keep_m: Floats) -> tuple[Indices, Indices]:
-    """The pairs (p,), (p,) of heading and stadium that may meet, seen from the origin."""
+def _seen_rad(starts: Floats, ends: Floats, keep_m: Floats) -> tuple[Floats, Floats]:
+    """The directions (n,), (n,) between which each stadium is seen, the first in (-pi, pi]."""
     start_rad, end_rad = np.arctan2(starts[:, 1], starts[:, 0]), np.arctan2(ends[:, 1], ends[:, 0])
     turn_rad = (end_rad - start_rad + np.pi) % (2.0 * np.pi) - np.pi
     half_start_rad, half_end_rad = _half_angle_rad(starts, keep_m), _half_angle_rad(ends, keep_m)
     low_rad = start_rad + np.minimum(-half_start_rad, turn_rad - half_end_rad) - GRAZING_RAD
     high_rad = start_rad + np.maximum(half_start_rad, turn_rad + half_end_rad) + GRAZING_RAD
-    bearings_rad = np.arctan2(headings[:, 1], headings[:, 0])
-    order = np.argsort(bearings_rad)
-    twice_round_rad = np.concatenate([bearings_rad[order], bearings_rad[order] + 2.0 * np.pi])
     whole_turns_rad = np.floor((low_rad + np.pi) / (2.0 * np.pi)) * 2.0 * np.pi
-    first = np.searchsorted(twice_round_rad, low_rad - whole_turns_rad)
-    counts = np.searchsorted(twice_round_rad, high_rad - whole_turns_rad, side="right") - first
-    segment = np.repeat(np.arange(len(starts)), counts)
-    place = np.arange(len(segment)) + np.repeat(first - (np.cumsum(counts) - counts), counts)
-    return order[place % len(order)], segment
+    return low_rad - whole_turns_rad, high_rad - whole_turns_rad
 
 
 def _half_angle_rad(centres: Floats, radii: Floats) -> Floats:
@@ -174,10 +191,17 @@ def _half_angle_rad(centres: Floats, radii: Floats) -> Floats:
     return np.asarray(np.arcsin(radii / np.where(off_m > 0.0, off_m, 1.0)))
 
 
-def _into_disc(directions: Floats, centres: Floats, radii: Floats) -> Floats:
+def _discs(centres: Floats, radii: Floats) -> Floats:
+    """Of each disc the centre, the square of its distance from the origin, and that of its radius (4, n)."""
+    x, y = centres.T
+    return np.stack([x, y, x**2 + y**2, radii**2])
+
+
+def _into_disc(directions: Floats, discs: Floats) -> Floats:
     """Distance to a disc in one direction each, (2, p), from the origin, which is outside all."""
-    along = directions[0] * centres[0] + directions[1] * centres[1]
-    half_chord2 = radii**2 - (centres[0] ** 2 + centres[1] ** 2 - along**2)
+    x, y, off2, radius2 = discs
+    along = directions[0] * x + directions[1] * y
+    half_chord2 = radius2 - (off2 - along**2)
     meets = (along > 0.0) & (half_chord2 > 0.0)
     return np.where(meets, along - np.sqrt(np.where(meets, half_chord2, 0.0)), np.inf)
 

@@ -10,6 +10,7 @@ Rule 4: an edge that is already nearer than its distance only forbids motion tow
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from agents.navigation.scan import View
 from agents.navigation.sure import sure
 from protocol.arrays import Flags, Floats, distances_to_segments, nearest_on_segments, unit_vectors
 from protocol.mission import Bounds, Mission
-from protocol.sweep import travel_m
+from protocol.sweep import Stadiums
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,17 @@ class Walls:
     starts: Floats
     ends: Floats
     keep_m: Floats
+
+    @cached_property
+    def _seen_from(self) -> dict[bytes, Stadiums]:
+        return {}
+
+    def seen_from(self, origin: Floats) -> Stadiums:
+        """The same as they lie around a place; a plan asks from one place some times."""
+        place = origin.tobytes()
+        if place not in self._seen_from:
+            self._seen_from[place] = Stadiums(origin, self.starts, self.ends, self.keep_m)
+        return self._seen_from[place]
 
     def eased(self, origin: Floats, least_m: Floats) -> "Walls":
         """The same for a robot that already stands nearer to some edges: it may pass these at `least_m`."""
@@ -75,8 +87,7 @@ def bounds_walls(bounds: Bounds, mission: Mission) -> Walls:
 
 def certified_lengths_m(origin: Floats, headings_rad: Floats, walls: Walls) -> Floats:
     """The longest certified step in each heading (h,) [m], for all headings against all edges at once."""
-    headings = unit_vectors(headings_rad)
-    return travel_m(origin, headings, walls.starts, walls.ends, walls.keep_m)
+    return walls.seen_from(origin).travel_m(unit_vectors(headings_rad))
 
 
 def promised_clearance_m(view: View, target: Floats, robots: Flags, mission: Mission) -> float:

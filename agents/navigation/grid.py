@@ -49,6 +49,11 @@ class Grid:
         """The centres (n, 2) of cells."""
         return np.asarray(self.low + (cells + 0.5) * self.cell_m)
 
+    @property
+    def fine_parts_max(self) -> int:
+        """More than the number of any point on the grid."""
+        return (self.shape[0] * FINE + 1) * (self.shape[1] * FINE + 1)
+
     def fine_parts(self, points: Floats) -> Indices:
         """A number (n,) for each point; points in the same part of a cell have the same number."""
         part = np.floor((points - self.low) / self.cell_m * FINE).astype(np.intp)
@@ -104,14 +109,28 @@ class Lattice:
         """The lattice of a grid."""
         return _lattice(grid.shape, grid.cell_m)
 
-    def priced(self, price: Floats) -> csr_array:
-        """The graph with costs: length times the mean price of both cells; closed cells cost infinity."""
-        flat = price.reshape(-1)
-        costs = flat[self.joined]
-        costs += flat[:, None]  # in place: allocating memory for all costs takes longer than the sum
-        costs *= self.half_m
-        first = np.arange(0, costs.size + 1, len(self.half_m), dtype=np.int32)
-        return csr_array((costs.reshape(-1), self.joined.reshape(-1), first), shape=(flat.size, flat.size))
+    def graph(self) -> csr_array:
+        """The graph, with costs that are not set yet."""
+        first = np.arange(0, self.joined.size + 1, len(self.half_m), dtype=np.int32)
+        costs, cells = np.full(self.joined.size, np.inf), len(self.joined)
+        return csr_array((costs, self.joined.reshape(-1), first), shape=(cells, cells))
+
+    def price(self, graph: csr_array, price: Floats, changed: Indices | None = None) -> None:
+        """Set the costs of a graph: length times the mean price of both cells (cells,).
+
+        Closed cells cost infinity. `changed`: only the prices of these cells are others than before.
+        """
+        costs = graph.data.reshape(self.joined.shape)
+        if changed is None:
+            np.take(price, self.joined, out=costs)
+            costs += price[:, None]  # in place: allocating memory for all costs takes longer than the sum
+            costs *= self.half_m
+            return
+        concerned = np.zeros(len(price), dtype=np.bool_)
+        concerned[self.joined[changed]] = True
+        concerned[changed] = True
+        rows = np.flatnonzero(concerned)
+        costs[rows] = (price[self.joined[rows]] + price[rows, None]) * self.half_m
 
 
 @lru_cache(maxsize=2)  # the grid is often rebuilt over the same cells, when ground turns out to be free

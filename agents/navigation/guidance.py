@@ -1,9 +1,8 @@
 """Guidance: ranks places by their cost to the goal. It remembers every hit; unseen ground counts as free.
 
-Rule 1: cells that are nearer to a hit than the robot with its clearance are closed. Driving near them costs
-        more, so that ways keep off obstacles where there is room. Cells within half a cell of the limit stay
-        open at a higher cost: guidance only ranks, and the certificate decides what may be driven.
-Rule 2: the cost-to-go of every cell comes from one Dijkstra run from the goal.
+Rule 1: driving costs more near hits, and cells that are too near are closed (`agents/navigation/pricing.py`).
+Rule 2: the cost-to-go of every cell comes from one Dijkstra run from the goal. It ends soon behind the robot
+        where the last plan tells how far away that is; if it tells too little, it is run again.
 Rule 3: if the certificate refuses the grid's way, the spot is closed. It is closed for good, unless robots or
         moving obstacles may be the reason.
 Rule 4: where obstacles move, ground that is seen to be free is free, even if a hit was remembered there.
@@ -12,12 +11,14 @@ Rule 5: where the region has no bounds, the grid grows with what has been seen.
 
 import zlib
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from agents.navigation.grid import Grid, Lattice
+from agents.navigation.grid import Grid
+from agents.navigation.pricing import FELT_CELLS, Pricing, is_open
 from agents.navigation.scan import View
 from protocol.arrays import Flags, Floats, Indices
 from protocol.mission import Mission
@@ -26,14 +27,14 @@ from protocol.wire.view import SEEN_BYTES_MAX
 CELL_M_MAX = 0.05
 CELLS_PER_KEEP = 3.0  # 4 found no more ways and saved no steps on 117 scenes, 75 of them near-critical
 CELLS_MAX = 250_000  # 500 x 500: a plan stays within some 0.2 s
-COMFORT = 2.0  # next to closed ground a metre costs this much more than in the open
-DOUBT = 20.0  # where a cell may be closed: a detour of 5 m is better than a way that ends at a gap
 SPOT_KEEPS = 0.5  # size of a closed spot: more than the doubtful cells of a gap
 PACKED_M = 0.005  # places that are handed over are rounded to this: a tenth of a cell
 PLACES_MAX = 200_000  # unpacked from another robot's map
 COST_M_MAX = 1e9  # more than any way; edges of infinite cost are skipped
 DETOUR = 1.3  # most ways cost at most this times the straight line: all of 26 on BARN
-FELT_CELLS = 4.0  # within this of closed ground driving costs more; too narrow to close a way
+STRAIGHT = 1.15  # a way that costs at most this times the straight line does not wind
+GROWN = 1.2  # with a new scan, the cost of a way that does not wind grew by less than this in 20 of 20 plans
+GROWN_WINDING = 2.0  # and that of one that winds in 40 of 41
 
 
 @dataclass(frozen=True)
@@ -43,18 +44,29 @@ class CostToGo:
     grid: Grid
     cells: Floats
 
+    @cached_property
+    def _wide(self) -> Floats:
+        """The costs with a border, two wide: around a point off the grid all cells are closed."""
+        return np.pad(self.cells, 2, constant_values=np.inf)
+
     def at(self, points: Floats) -> Floats:
         """Cost-to-go at points (n, 2) over the best of the four cells around; infinite if all are closed."""
-        # The padding closes all cells around a point off the grid.
-        wide = np.pad(self.cells, 2, constant_values=np.inf)
-        where = (points - self.grid.low) / self.grid.cell_m + 1.5
-        first = np.clip(np.floor(where).astype(np.intp), 0, np.array(self.cells.shape) + 2)
-        x, y = (where - first).T
-        flat, index = wide.reshape(-1), first @ (wide.shape[1], 1)
-        best = np.full(len(points), np.inf)
+        wide, cell_m = self._wide, self.grid.cell_m
+        parts: list[tuple[Floats, Floats]] = []  # squares of what is left to the cell before and after
+        index: Indices = np.zeros(len(points), dtype=np.intp)
+        for axis, stride in ((0, wide.shape[1]), (1, 1)):
+            where = (points[:, axis] - self.grid.low[axis]) / cell_m + 1.5
+            first = np.clip(np.floor(where).astype(np.intp), 0, self.cells.shape[axis] + 2)
+            index += first * stride
+            where -= first
+            parts.append((where**2, (where - 1.0) ** 2))
+        flat, best = wide.reshape(-1), np.full(len(points), np.inf)
         for dx, dy in ((0, 0), (0, 1), (1, 0), (1, 1)):
-            off_m = self.grid.cell_m * np.sqrt((x - dx) ** 2 + (y - dy) ** 2)
-            best = np.minimum(best, flat[index + (dx * wide.shape[1] + dy)] + off_m)
+            off_m = parts[0][dx] + parts[1][dy]
+            np.sqrt(off_m, out=off_m)
+            off_m *= cell_m
+            off_m += flat[index + (dx * wide.shape[1] + dy)]
+            np.minimum(best, off_m, out=best)
         return best
 
     def place_at(self, cost_m: float) -> Floats | None:
@@ -105,6 +117,10 @@ class Map:
         self._hits = np.empty((0, 2))
         self._closed = np.empty((0, 2))
         self._closed_for_now = np.empty((0, 2))
+        self._pricing: Pricing | None = None
+        """Made when it is first asked for: only leaders plan."""
+        self._newest: CostToGo | None = None
+        """The costs of the last plan."""
         self._cell_m = min(CELL_M_MAX, mission.obstacle_keep_m / CELLS_PER_KEEP)
         if mission.bounds is not None:
             bounds = mission.bounds
@@ -126,7 +142,9 @@ class Map:
     def _build(self, low: Floats, high: Floats) -> None:
         """Build the grid over a rectangle from all that is known."""
         self._grid = Grid.over(low, high, self._cell_m, cells_max=CELLS_MAX)
-        self._lattice = Lattice.of(self._grid)
+        self._pricing = None
+        self._known = np.zeros(self._grid.fine_parts_max, dtype=np.bool_)
+        self._known[self._grid.fine_parts(self._hits)] = True
         self._room = np.full(self._grid.shape, np.inf)
         if self._bounded:
             self._room = self._grid.off_border() - self._keep_in_m
@@ -139,7 +157,8 @@ class Map:
         if not self._bounded:
             self._reach_out_to(hit_points)
         inside = hit_points[self._grid.has(hit_points)]
-        new = inside[~np.isin(self._grid.fine_parts(inside), self._grid.fine_parts(self._hits))]
+        new = inside[~self._known[self._grid.fine_parts(inside)]]
+        self._known[self._grid.fine_parts(new)] = True
         self._hits = np.concatenate([self._hits, new])
         self._keep_off(new, self._keep_m)
 
@@ -204,27 +223,48 @@ class Map:
         cell_m, room = self._grid.cell_m, self._room
         if taken is not None and len(taken) > 1:
             room = np.minimum(room, self._grid.off_line(taken, reach_m=keep_m + cell_m) - keep_m)
-        is_open = room > -cell_m / 2.0
         reach_m = max(tolerance_m, cell_m)
-        off_goal_m = np.where(is_open, self._grid.off_line(np.stack([goal, goal]), reach_m=reach_m), np.inf)
+        off_goal_m = self._grid.off_line(np.stack([goal, goal]), reach_m=reach_m)
+        off_goal_m = np.where(is_open(room, cell_m), off_goal_m, np.inf)
         there, around = np.flatnonzero(off_goal_m <= cell_m), np.flatnonzero(off_goal_m <= tolerance_m)
         sources = there if len(there) else around
         if len(sources) == 0:
             return CostToGo(self._grid, np.full(room.shape, np.inf))
-        price = 1.0 + COMFORT * np.clip(1.0 - room / (FELT_CELLS * cell_m), 0.0, 1.0) + DOUBT * (room < 0.0)
-        graph = self._lattice.priced(np.where(is_open, price, np.inf))
-        if origin is not None:
-            limit_m = DETOUR * float(np.hypot(*(goal - origin)))
-            cost = self._flooded(graph, sources, limit_m)
-            if cost.at(origin[None])[0] <= limit_m:
-                return cost
-        cost = self._flooded(graph, sources, COST_M_MAX)
+        if self._pricing is None:
+            self._pricing = Pricing(self._grid)
+        graph = self._pricing.graph(room)
+        if origin is None:
+            return self._both_sides(graph, self._flooded(graph, sources, COST_M_MAX), around)
+        straight_m = float(np.hypot(*(goal - origin)))
+        limit_m = self._limit_m(origin, straight_m)
+        cost = self._flooded(graph, sources, limit_m)
+        if (here_m := cost.at(origin[None])[0]) > limit_m:
+            limit_m, cost = COST_M_MAX, self._flooded(graph, sources, COST_M_MAX)
+            here_m = cost.at(origin[None])[0]
+        self._newest = cost
+        if here_m <= DETOUR * straight_m or np.isfinite(cost.cells.reshape(-1)[around]).all():
+            return cost
+        if limit_m < COST_M_MAX:
+            cost = self._flooded(graph, sources, COST_M_MAX)
+        return self._both_sides(graph, cost, around)
+
+    def _limit_m(self, origin: Floats, straight_m: float) -> float:
+        """More than the cost from the robot's place will be, most often (rule 2)."""
+        most_m = DETOUR * straight_m
+        if self._newest is None:
+            return most_m
+        known_m = float(self._newest.at(origin[None])[0])
+        if known_m <= STRAIGHT * straight_m:
+            return min(GROWN * known_m, most_m)
+        return min(GROWN_WINDING * known_m, COST_M_MAX)
+
+    def _both_sides(self, graph: csr_array, cost: CostToGo, around: Indices) -> CostToGo:
+        """A robot that stands at the goal may split the ground around it; both sides are good enough."""
         cut_off = around[np.isinf(cost.cells.reshape(-1)[around])]
-        if len(cut_off):
-            # A robot that stands at the goal may split the ground around it; both sides are good enough.
-            nearer = self._flooded(graph, cut_off, COST_M_MAX)
-            return CostToGo(self._grid, np.minimum(cost.cells, nearer.cells))
-        return cost
+        if len(cut_off) == 0:
+            return cost
+        nearer = self._flooded(graph, cut_off, COST_M_MAX)
+        return CostToGo(self._grid, np.minimum(cost.cells, nearer.cells))
 
     def _flooded(self, graph: csr_array, sources: Indices, limit_m: float) -> CostToGo:
         cost = dijkstra(graph, indices=sources, min_only=True, limit=limit_m)

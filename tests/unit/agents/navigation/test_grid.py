@@ -6,6 +6,7 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 from agents.navigation.grid import FINE, Grid, Lattice
@@ -110,11 +111,17 @@ def test_the_distance_off_the_border_is_that_of_the_nearest_side() -> None:
     assert of.off_border() == pytest.approx(expected_m)
 
 
+def priced(of: Grid, price: Floats) -> csr_array:
+    graph = Lattice.of(of).graph()
+    Lattice.of(of).price(graph, price.reshape(-1))
+    return graph
+
+
 @given(st.lists(st.booleans(), min_size=30, max_size=30))
 def test_open_cells_are_joined_exactly_to_their_open_neighbours(open_or_not: list[bool]) -> None:
     of = Grid(LOW, (6, 5), CELL_M)
     is_open = np.array(open_or_not).reshape(of.shape)
-    graph = Lattice.of(of).priced(np.where(is_open, 2.0, np.inf)).toarray()
+    graph = priced(of, np.where(is_open, 2.0, np.inf)).toarray()
     for one, other in permutations(np.ndindex(of.shape), 2):
         apart = np.abs(np.subtract(one, other))
         joined = apart.max() == 1 and is_open[one] and is_open[other]
@@ -125,13 +132,13 @@ def test_open_cells_are_joined_exactly_to_their_open_neighbours(open_or_not: lis
 
 def test_a_step_between_two_cells_costs_the_mean_of_their_prices() -> None:
     of = Grid(LOW, (2, 1), CELL_M)
-    cost_m = dijkstra(Lattice.of(of).priced(np.array([[1.0], [4.0]])))
+    cost_m = dijkstra(priced(of, np.array([[1.0], [4.0]])))
     assert cost_m == pytest.approx(np.array([[0.0, 2.5 * CELL_M], [2.5 * CELL_M, 0.0]]))
 
 
 def test_a_grid_without_walls_is_one_piece() -> None:
     of = grid()
-    graph = Lattice.of(of).priced(np.ones(of.shape))
+    graph = priced(of, np.ones(of.shape))
     assert connected_components(graph, directed=False)[0] == 1
 
 

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from agents.navigation.guidance import CELLS_MAX, COMFORT, DOUBT, PACKED_M, SPOT_KEEPS, CostToGo, Map
+from agents.navigation.guidance import CELLS_MAX, PACKED_M, SPOT_KEEPS, CostToGo, Map
+from agents.navigation.pricing import COMFORT, DOUBT
 from protocol.arrays import Flags, Floats
 from protocol.mission import Bounds
 from protocol.wire.view import SEEN_BYTES_MAX
