@@ -6,6 +6,7 @@ Rule 2: a part is the time of its functions; of nested functions only the outerm
 Rule 3: the textbook planner plans on each scan right after the leader.
 """
 
+import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -21,6 +22,7 @@ from clew.bench.result import Aim, Figure, figure
 from clew.bench.textbook import Textbook
 from clew.percentiles import percentile
 from clew.rehearsal.rehearsal import Rehearsal
+from protocol.timeline import StepPlanned
 from world.scenario.scenario import Scenario
 
 Clock = Callable[[], float]
@@ -61,6 +63,11 @@ class PlanFigures(Struct, frozen=True, kw_only=True):
     textbook_cpu: Spread
     ratio: float
     """The leader's median divided by the textbook planner's median."""
+    driven_m: float
+    """The length of all steps that were planned."""
+    plan_ms_per_m: float
+    """CPU time of all plans for a metre of that; infinite, that is null, where there is none."""
+    textbook_ms_per_m: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +78,8 @@ class Sample:
     wall_s: float
     parts_s: Mapping[str, float]
     textbook_s: float
+    step_m: float = 0.0
+    """The length of the step that was planned; 0: none was."""
 
 
 class Stopwatch:
@@ -114,7 +123,8 @@ def samples(scenario: Scenario, *, cpu: Clock, wall: Clock) -> list[Sample]:
         cpu_s, wall_s, since_cpu_s = cpu() - since_cpu_s, wall() - since_wall_s, cpu()
         textbook.plan(view)
         parts_s = {part: stopwatch.spent_s[part] for part in PARTS}
-        found.append(Sample(cpu_s, wall_s, parts_s, cpu() - since_cpu_s))
+        step_m = planned.length_m if isinstance(planned, StepPlanned) else 0.0
+        found.append(Sample(cpu_s, wall_s, parts_s, cpu() - since_cpu_s, step_m))
         return planned
 
     with ExitStack() as wrapped:
@@ -133,6 +143,11 @@ def figures(scenes: Sequence[str], measured: Sequence[Sample]) -> PlanFigures:
         _spread([each.cpu_s for each in measured]),
         _spread([each.textbook_s for each in measured]),
     )
+    driven_m = sum(each.step_m for each in measured)
+
+    def per_m(time_s: float) -> float:
+        return MS_PER_S * time_s / driven_m if driven_m else math.inf
+
     return PlanFigures(
         scenes=scenes,
         plans=len(measured),
@@ -141,18 +156,29 @@ def figures(scenes: Sequence[str], measured: Sequence[Sample]) -> PlanFigures:
         parts_cpu={part: _spread([each.parts_s[part] for each in measured]) for part in PARTS},
         textbook_cpu=textbook,
         ratio=plan.median_ms / textbook.median_ms,
+        driven_m=driven_m,
+        plan_ms_per_m=per_m(sum(each.cpu_s for each in measured)),
+        textbook_ms_per_m=per_m(sum(each.textbook_s for each in measured)),
     )
 
 
-def figure_of(found: PlanFigures) -> Figure:
-    """The median plan beside the textbook planner's."""
-    return figure(
-        "a plan",
-        "ms",
-        [found.plan_cpu.median_ms],
-        baselines={"textbook": [found.textbook_cpu.median_ms]},
-        aim=Aim(of="textbook", at_most=RATIO_AIM),
-    )
+def common(name: str, repeats: Sequence[PlanFigures]) -> list[Figure]:
+    """The figures of some repeats, beside the textbook planner's."""
+    return [
+        figure(
+            f"{name}: a plan",
+            "ms",
+            [each.plan_cpu.median_ms for each in repeats],
+            baselines={"textbook": [each.textbook_cpu.median_ms for each in repeats]},
+            aim=Aim(of="textbook", at_most=RATIO_AIM),
+        ),
+        figure(
+            f"{name}: plans for a metre",
+            "ms/m",
+            [each.plan_ms_per_m for each in repeats],
+            baselines={"textbook": [each.textbook_ms_per_m for each in repeats]},
+        ),
+    ]
 
 
 def _spread(times_s: Sequence[float]) -> Spread:

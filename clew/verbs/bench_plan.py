@@ -6,12 +6,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+import msgspec
 
-from clew.verbs.bench_said import begin
-from clew.verbs.options import AS_JSON
+from clew.verbs.bench_said import begin, print_figures
+from clew.verbs.options import AS_JSON, runs_option
 from clew.verbs.say import warn
 from protocol.errors import UsageError
 from protocol.files.reading import understand
+from protocol.wire.messages import RAYS_MAX
 
 if TYPE_CHECKING:
     from clew.bench.plan import PlanFigures, Sample
@@ -28,33 +30,57 @@ FIELD_SEED = 1  # of the fields that are measured by default
     type=click.Path(path_type=Path),
     help="Folder or file with scenes; repeatable. Default: a field of each kind, as `clew field` prints it.",
 )
+@click.option(
+    "--directions",
+    multiple=True,
+    type=click.IntRange(8, RAYS_MAX),
+    help="Rays of a revolution, instead of the scenes'; repeatable.",
+)
+@runs_option("How often to plan it all.", default=1)
 @AS_JSON
-def plan(roots: tuple[Path, ...], *, as_json: bool) -> None:
+def plan(roots: tuple[Path, ...], directions: tuple[int, ...], runs: int, *, as_json: bool) -> None:
     """Time every plan that the leaders of some rehearsals make, as a whole and by part.
 
     For comparison, a textbook planner plans on the same scans: a distance transform, then Dijkstra's
     algorithm over all open cells of a grid as fine as the leader's. It certifies nothing.
     """
-    from clew.bench.plan import figure_of, figures, samples
+    from clew.bench.plan import common
 
     begun = begin(
         "plan", "CPU time of each plan of a leader, and of a textbook grid planner on the same scan."
     )
-    names: list[str] = []
-    measured: list[Sample] = []
-    for name, scenario in _asked(roots) if roots else _fields():
+    scenes = list(_asked(roots) if roots else _fields())
+    for name, scenario in scenes:
         if scenario.mission().goal is None:
             raise UsageError(f"{name}: has no goal, but the textbook planner needs one")
-        names.append(name)
-        measured += samples(scenario, cpu=time.process_time, wall=time.perf_counter)
+    found, figures = [], []
+    for rays in directions or (None,):
+        repeats = [_measured(scenes, rays) for _ in range(runs)]
+        found += repeats
+        figures += common("as the scenes are" if rays is None else f"{rays} directions", repeats)
+    if as_json:
+        begun.say_json(figures, found)
+        return
+    for each in found:
+        _print(each)
+    print_figures("A plan beside the textbook planner's", figures)
+
+
+def _measured(scenes: "Sequence[tuple[str, Scenario]]", rays: int | None) -> "PlanFigures":
+    """All plans of the scenes, once."""
+    from clew.bench.plan import figures, samples
+
+    measured: list[Sample] = []
+    for name, scenario in scenes:
+        sensor = scenario.sensor
+        sensor = sensor if rays is None else msgspec.structs.replace(sensor, directions=rays)
+        asked = msgspec.structs.replace(scenario, sensor=sensor)
+        measured += samples(asked, cpu=time.process_time, wall=time.perf_counter)
         click.echo(f"{name}: {len(measured)} plans so far", err=True)
+    names = [name for name, _ in scenes]
     if not measured:
         raise UsageError(f"no leader made a plan in {', '.join(names)}")
-    found = figures(names, measured)
-    if as_json:
-        begun.say_json([figure_of(found)], found)
-    else:
-        _print(found)
+    return figures(names, measured)
 
 
 def _asked(roots: Sequence[Path]) -> "Iterator[tuple[str, Scenario]]":

@@ -67,7 +67,10 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
     "explore": ["explore turns --faults 2 --deliveries 20", "explore --without F3"],
     "bench": ["bench plan", "bench healing --runs 6"],
     "bench page": ["bench page", "bench page one.json other.json --out figures.md"],
-    "bench plan": ["bench plan", "bench plan --scenes scenes/ --json"],
+    "bench plan": [
+        "bench plan --directions 360 --directions 1440 --runs 3",
+        "bench plan --scenes scenes/ --json",
+    ],
     "bench rehearsal": ["bench rehearsal grove --runs 5"],
     "bench busy": ["bench busy grove --processes 16"],
     "bench forming": ["bench forming 5 50"],

@@ -10,7 +10,7 @@ import pytest
 from agents.navigation.guidance import CELLS_PER_KEEP
 from agents.navigation.scan import View
 from agents.strand.leader import Leader
-from clew.bench.plan import PARTS, SEED, Sample, Stopwatch, figures, samples
+from clew.bench.plan import PARTS, SEED, Sample, Stopwatch, common, figures, samples
 from clew.bench.textbook import Textbook
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.arrays import Floats, scan_bearings_rad
@@ -89,6 +89,15 @@ def test_figures_are_median_90th_percentile_and_maximum_in_milliseconds() -> Non
         assert (spread.median_ms, spread.p90_ms, spread.max_ms) == pytest.approx(expected_ms)
 
 
+def test_the_common_figures_have_a_repeat_for_each_run_and_divide_by_the_metres_that_were_planned() -> None:
+    parts_s = dict.fromkeys(PARTS, 0.001)
+    runs = [figures(["one"], [Sample(cpu_s, 1.0, parts_s, 0.002, 0.5)] * 4) for cpu_s in (0.001, 0.003)]
+    plan, metre = common("360 directions", runs)
+    assert (plan.measured.repeats, plan.measured.most) == (2, 3.0)
+    assert (plan.baselines[0].ratio.least, plan.met) == (0.5, True)
+    assert (metre.measured.most, metre.baselines[0].measured.most) == (6.0, 4.0)
+
+
 def textbook_cost_at_start(path: Path, hit_points: Floats) -> float:
     """Of the way of 2 m, after a scan that hits these points and nothing else."""
     scenario = load(str(path))
@@ -114,7 +123,7 @@ def test_the_textbook_planner_goes_straight_on_open_ground_and_never_through_a_w
 def test_bench_plan_times_every_part_for_the_named_scenes(tmp_path: Path) -> None:
     path = scene(tmp_path / "near.json", goal=[5.0, 0.0])
     result = json.loads(clew("bench", "plan", "--scenes", path, "--json").stdout)
-    said = result["details"]
+    (said,) = result["details"]
     assert result["figures"][0]["measured"]["median"] == said["plan_cpu"]["median_ms"]
     assert said["scenes"] == [str(path)]
     assert said["parts_cpu"].keys() == PARTS.keys()
