@@ -14,7 +14,7 @@ import select
 import signal
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import msgspec
@@ -37,6 +37,8 @@ def main() -> None:
     gc.freeze()  # as the host of robots does
     with _forked(kind, strand, folder, writing_end) as pids:
         prober = _Prober(reading_end, rest_s=REST_S + REST_S_EACH * robots, pids=pids)
+        if kind is Relay.STACK:
+            prober.on_come(strand.confirm)
         asyncio.run(lead(kind, strand, folder, lambda say: prober.probe(say, news)))
     sys.stdout.buffer.write(msgspec.json.encode(prober.chain(kind, robots)))
 
@@ -68,8 +70,13 @@ class _Prober:
     def __init__(self, told: int, *, rest_s: float, pids: Sequence[int]) -> None:
         self._told, self._rest_s, self._pids = told, rest_s, pids
         self._took_ns: list[int] = []
+        self._on_come: Callable[[int], None] | None = None
         self._lost = 0
         self._cpu_ns = 0
+
+    def on_come(self, told: Callable[[int], None]) -> None:
+        """Tell it the number of each piece of news that has come through."""
+        self._on_come = told
 
     def chain(self, kind: Relay, robots: int) -> Chain:
         """What was measured."""
@@ -105,6 +112,8 @@ class _Prober:
         while select.select([self._told], [], [], LOST_S)[0]:
             heard, at_ns = REACTION.unpack(os.read(self._told, REACTION.size))
             if heard == number:
+                if self._on_come is not None:
+                    self._on_come(number)
                 time.sleep(self._rest_s)
                 return int(at_ns) - since_ns
         return None

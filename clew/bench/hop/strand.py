@@ -9,6 +9,7 @@ from collections.abc import Mapping
 
 from agents.robot import Robot
 from agents.strand.member import Member
+from agents.strand.strand import TOLD_VERTICES_MAX
 from clew.bench.forming import SEED, queue
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.exit_codes import ExitCode
@@ -41,6 +42,7 @@ class Strand:
         self._leader = self._member(1)
         assert [self._member(robot).formation.rank for robot in sorted(self.cores)] == [*range(robots)]
         self._path = self._leader.path.copy()
+        self._known = len(self._path)
 
     def _member(self, robot: int) -> Member:
         member = self.cores[robot].member
@@ -52,17 +54,21 @@ class Strand:
         """How many vertices the path has."""
         return len(self._path)
 
+    def confirm(self, vertices: int) -> None:
+        """All robots know so many vertices."""
+        self._known = vertices
+
     def news(self) -> AheadState:
         """The leader's next state: the path has one more vertex (rule 2)."""
         last = self._path[-1]
         self._path.extend(Point(x_m=last.x_m + STEP_M, y_m=last.y_m))
-        path_from = len(self._path) - 2
+        path_from = self._known - 1  # what was lost is told again
         return AheadState(
             epoch=self._leader.formation.epoch,
             life=self._leader.formation.life,
             t_s=self.now_s,
             path_from=path_from,
-            path=self._path.told_from(path_from, 2),
+            path=self._path.told_from(path_from, TOLD_VERTICES_MAX),
             progress_m=self._leader.progress_m,
             authority_m=0.0,
             arrived=False,

@@ -31,6 +31,18 @@ def test_each_robot_tells_the_one_behind_the_news_at_once_and_acknowledges_it() 
             assert told == {}
 
 
+def test_news_that_was_lost_is_told_again_until_it_is_confirmed() -> None:
+    strand = Strand(3)
+    begun = strand.vertices
+    strand.news()
+    news = strand.news()
+    commands = strand.cores[2].handle(LinkHeard(1, NUMBER, news), strand.now_s)
+    assert len([each for each in commands if isinstance(each, Tell)]) == 2
+    assert (news.path_from, len(news.path)) == (begun - 1, 3)
+    strand.confirm(news.vertices)
+    assert len(strand.news().path) == 2
+
+
 def chain(kind: str, *took_us: float, cpu_us: float) -> Chain:
     return Chain(kind=kind, robots=5, took_us=took_us, lost=0, cpu_us=cpu_us)
 
