@@ -1,15 +1,17 @@
-"""How fast rehearsals are under fault plans: simulated seconds per wall-clock second.
+"""How fast rehearsals are, under fault plans and with many robots: simulated seconds per CPU second.
 
 Rule 1: each is compared with its lower limit: the same ticks and messages in the same heap, with cores that
         do nothing.
-Rule 2: all repeats are the same run, and differ only by the machine's other load.
+Rule 2: all repeats are the same run. CPU time counts, which other load on the machine changes least.
+Rule 3: queues of different lengths drive the same way over open ground. What a robot costs in a simulated
+        second is compared with what it costs in the shortest queue.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from msgspec import Struct
 
-from clew.bench.result import Figure, figure
+from clew.bench.result import Aim, Figure, figure
 from clew.rehearsal.network import Network
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import Plan
@@ -19,51 +21,90 @@ from world.scenario.scenario import Scenario
 Clock = Callable[[], float]
 
 SEED = 1
+REAL_TIMES_AIM, FAULTY_REAL_TIMES_AIM = 300.0, 200.0
+FEW_ROBOTS = 5  # of which the aims tell
+GROWTH_AIM = 1.3  # of the cost of a robot, from the shortest queue to any other
 
 
 class Speed(Struct, frozen=True, kw_only=True):
     """How fast a rehearsal is."""
 
-    faults: str
-    """The fault plan's name."""
+    name: str
+    """Of its figures."""
+    robots: int
+    faults: int
+    """The number of rules in the fault plan."""
     sim_s: float
     messages: int
     """Messages sent, without queries and their answers."""
-    wall_s: tuple[float, ...]
+    cpu_s: tuple[float, ...]
     """Of each repeat."""
     bare_s: tuple[float, ...]
     """Of ticks and messages alone, right after each repeat."""
 
+    @property
+    def robot_ms(self) -> list[float]:
+        """CPU milliseconds of each repeat for one robot in one simulated second."""
+        return [1000.0 * each / (self.robots * self.sim_s) for each in self.cpu_s]
 
-def speed(scenario: Scenario, plan: Plan, *, runs: int, wall: Clock) -> Speed:
+
+def speed(name: str, scenario: Scenario, plan: Plan, *, runs: int, cpu: Clock) -> Speed:
     """Time a rehearsal and its lower limit, some times."""
     rehearsal = Rehearsal(scenario, SEED, plan).run()  # warms up the caches, and is not timed
     settled = rehearsal.world.tally.settled.values()
     sent = [rehearsal.account.sent, *(robot.sent for robot in settled)]
     messages, sim_s = sum(sum(each.values()) for each in sent), rehearsal.world.now_s
-    wall_s: list[float] = []
+    cpu_s: list[float] = []
     bare_s: list[float] = []
     for _ in range(runs):
-        wall_s.append(_timed_s(lambda: Rehearsal(scenario, SEED, plan).run(), wall))
-        bare_s.append(_timed_s(lambda: _dispatch(messages, round(sim_s / TICK_S)), wall))
-    return Speed(faults=plan.name, sim_s=sim_s, messages=messages, wall_s=tuple(wall_s), bare_s=tuple(bare_s))
-
-
-def figure_of(speed: Speed) -> Figure:
-    """Simulated seconds per wall-clock second."""
-    bare = [speed.sim_s / each for each in speed.bare_s]
-    return figure(
-        f"faults: {speed.faults}",
-        "times real time",
-        [speed.sim_s / each for each in speed.wall_s],
-        baselines={"ticks and messages alone": bare},
+        cpu_s.append(_timed_s(lambda: Rehearsal(scenario, SEED, plan).run(), cpu))
+        bare_s.append(_timed_s(lambda: _dispatch(messages, round(sim_s / TICK_S)), cpu))
+    return Speed(
+        name=name,
+        robots=scenario.fleet.robots,
+        faults=len(plan.rules),
+        sim_s=sim_s,
+        messages=messages,
+        cpu_s=tuple(cpu_s),
+        bare_s=tuple(bare_s),
     )
 
 
-def _timed_s(run: Callable[[], object], wall: Clock) -> float:
-    since_s = wall()
+def figures_of(speed: Speed) -> list[Figure]:
+    """Simulated seconds, and messages, per CPU second."""
+    least = FAULTY_REAL_TIMES_AIM if speed.faults else REAL_TIMES_AIM
+    bare = [speed.sim_s / each for each in speed.bare_s]
+    return [
+        figure(
+            speed.name,
+            "simulated s per CPU s",
+            [speed.sim_s / each for each in speed.cpu_s],
+            baselines={"ticks and messages alone": bare},
+            aim=Aim(at_least=least) if speed.robots == FEW_ROBOTS else None,
+        ),
+        figure(speed.name, "messages per CPU s", [speed.messages / each for each in speed.cpu_s]),
+    ]
+
+
+def growth(queues: Sequence[Speed]) -> list[Figure]:
+    """Rule 3, for queues that were timed equally often."""
+    by_length = sorted(queues, key=lambda queue: queue.robots)
+    return [
+        figure(
+            queue.name,
+            "CPU ms per robot and simulated s",
+            queue.robot_ms,
+            baselines={by_length[0].name: by_length[0].robot_ms},
+            aim=Aim(of=by_length[0].name, at_most=GROWTH_AIM),
+        )
+        for queue in by_length[1:]
+    ]
+
+
+def _timed_s(run: Callable[[], object], cpu: Clock) -> float:
+    since_s = cpu()
     run()
-    return wall() - since_s
+    return cpu() - since_s
 
 
 def _dispatch(messages: int, ticks: int) -> None:

@@ -8,6 +8,7 @@ from clew.verbs.bench_said import begin, print_figures
 from clew.verbs.options import AS_JSON, runs_option
 from protocol.faults.plan import NO_FAULTS, uniform
 from protocol.faults.plan import load as load_plan
+from protocol.frames import ROBOTS_MAX
 
 LOSS = 0.3
 
@@ -21,22 +22,38 @@ LOSS = 0.3
     multiple=True,
     help="Fault plan, a name or a file; repeatable. Default: no faults, 30 % loss, and the leader killed.",
 )
+@click.option(
+    "--queue",
+    "lengths",
+    multiple=True,
+    type=click.IntRange(1, ROBOTS_MAX),
+    help="Also time a queue of so many robots that drives 3.5 m over open ground; repeatable.",
+)
 @AS_JSON
-def rehearsal(scenario: str, runs: int, plans: tuple[str, ...], *, as_json: bool) -> None:
-    """Time whole rehearsals: simulated seconds per wall-clock second.
+def rehearsal(
+    scenario: str, runs: int, plans: tuple[str, ...], lengths: tuple[int, ...], *, as_json: bool
+) -> None:
+    """Time whole rehearsals: simulated seconds, and messages, per CPU second.
 
-    For comparison, the same number of ticks and messages is timed with cores that do nothing.
+    For comparison, the same number of ticks and messages is timed with cores that do nothing; and, for
+    queues of several lengths, what a robot costs in the shortest one.
     """
-    from clew.bench.rehearsal import figure_of, speed
+    from clew.bench.forming import queue
+    from clew.bench.rehearsal import figures_of, growth, speed
     from world.scenario.scenario import load
 
     known = load(scenario)
     asked = [load_plan(each) for each in plans] or [NO_FAULTS, uniform(loss=LOSS), load_plan("leader-killed")]
     title = f"Rehearsals of {known.name} with {known.fleet.robots} robots"
-    begun = begin("rehearsal", f"{title}: simulated seconds per wall-clock second. A repeat is a rehearsal.")
-    rows = [speed(known, plan, runs=runs, wall=time.perf_counter) for plan in asked]
-    figures = [figure_of(row) for row in rows]
+    about = f"{title}, and queues on open ground: simulated seconds per CPU second. A repeat is a rehearsal."
+    begun = begin("rehearsal", about)
+    rows = [speed(f"faults: {each.name}", known, each, runs=runs, cpu=time.process_time) for each in asked]
+    queues = [
+        speed(f"queue of {robots}", queue(robots), NO_FAULTS, runs=runs, cpu=time.process_time)
+        for robots in lengths
+    ]
+    figures = [figure for row in (*rows, *queues) for figure in figures_of(row)] + growth(queues)
     if as_json:
-        begun.say_json(figures, rows)
+        begun.say_json(figures, (*rows, *queues))
     else:
         print_figures(title, figures)

@@ -71,7 +71,7 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
         "bench plan --directions 360 --directions 1440 --runs 3",
         "bench plan --scenes scenes/ --json",
     ],
-    "bench rehearsal": ["bench rehearsal grove --runs 5"],
+    "bench rehearsal": ["bench rehearsal grove --runs 5", "bench rehearsal --queue 5 --queue 50 --queue 500"],
     "bench busy": ["bench busy grove --processes 16"],
     "bench forming": ["bench forming 5 50"],
     "bench healing": ["bench healing --runs 6"],
