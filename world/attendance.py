@@ -128,7 +128,13 @@ class Attendance:
             wall_s: the wall clock.
             excused_s: a silence that a machine as late as this one may explain.
         """
-        absent = self.come - self.present - self.dead - self.gone
+        absent = [
+            robot
+            for robot in self.come
+            if not self._tokens.get(robot) and robot not in self.dead and robot not in self.gone
+        ]
+        if not absent:
+            return []
         silence_s = max(SILENCE_S, excused_s)
         newly_dead = sorted(
             robot

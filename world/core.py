@@ -266,13 +266,13 @@ class World:
 
         A request to end does not wait for that.
         """
-        if self.ending in {*ASKED.values(), Ending.CUT_OFF}:
+        if self.ending is not None and self.ending in {*ASKED.values(), Ending.CUT_OFF}:
             return False
         if self._routing.away_s(wall_s) > 0.0:
             return self.phase is Phase.RUNNING or self._routing.away_s(wall_s) < ROUTER_PATIENCE_WALL_S
-        returning = wall_s - self._returned_wall_s < RETURN_WALL_S
-        unseen = self.attendance.living - self.attendance.gone - self.attendance.present
-        return self._started and returning and bool(unseen)
+        if not self._started or wall_s - self._returned_wall_s >= RETURN_WALL_S:
+            return False
+        return bool(self.attendance.living - self.attendance.gone - self.attendance.present)
 
     def _look_after_robots(self, wall_s: float) -> list[Command]:
         dead = self.attendance.find_deaths(wall_s=wall_s, excused_s=self.answers.excused_s(wall_s=wall_s))
@@ -341,7 +341,7 @@ class World:
             return Ending.EXTINCT
         if living and tally.arrived >= living:
             return Ending.ARRIVED
-        if living and tally.arrived | tally.stranded.keys() >= living:
+        if living and tally.stranded and tally.arrived | tally.stranded.keys() >= living:
             since_s = max(tally.arrived_s, tally.stranded_s, tally.disturbed_s or 0.0)
             if tally.stranded_again or self.now_s - since_s >= STRANDED_S:
                 return Ending.STRANDED

@@ -34,6 +34,10 @@ class Exchange:
 
     def open(self, mail: Mail, receiver: Actor | Desk, *, now_s: float, step: int) -> Opened:
         """Let the fault plan decide on the mail, and count it at the receiver."""
+        if self.message_faults.is_empty:
+            if mail.number > 0:
+                receiver.traffic.receive(mail.key, mail.number)
+            return Opened(((0.0, Arrival(mail)),))
         effect = self.message_faults.of(
             mail.key, mail.kind, mail.number, receiver.name, now_s=now_s, step=step
         )

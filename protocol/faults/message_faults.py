@@ -102,6 +102,11 @@ class MessageFaults:
         self._unnumbered = Counter(counted)
 
     @property
+    def is_empty(self) -> bool:
+        """Whether no rule can affect any message."""
+        return not self._rules
+
+    @property
     def may_cut(self) -> bool:
         """Whether any rule can cut a process off from the router."""
         return len(self._cuts) > 0

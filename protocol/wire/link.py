@@ -70,5 +70,6 @@ class Link(Generic[State]):
         passed_s = max(0.0, now_s - max(self._noted_s, self.made_at_s))
         self._noted_s = max(self._noted_s, now_s)
         was_silent, self.silent = self.silent, self.silent_s(now_s) > silence_s
-        self.silent_share += (self.silent - self.silent_share) * -math.expm1(-passed_s / LATELY_S)
+        if passed_s > 0.0:
+            self.silent_share += (self.silent - self.silent_share) * -math.expm1(-passed_s / LATELY_S)
         return self.silent != was_silent

@@ -8,6 +8,7 @@ Rule 3: what is kept follows from the ground alone, so it is true in every world
 """
 
 import math
+from operator import itemgetter
 
 import numpy as np
 
@@ -32,16 +33,16 @@ class Nearby:
         self._free_x_m = self._free_y_m = math.nan
         self._free_m = 0.0
         """The last point that was asked for, and its clearance."""
-        self._circles: list[Row] = []
-        self._ellipses: list[Row] = []
-        self._edges: list[Row] = []
+        self._rows: list[tuple[float, Row]] = []
+        """What may be nearest, by how near to the anchor: circles (3 numbers), edges (4), ellipses (6)."""
 
     def clearance_m(self, x_m: float, y_m: float) -> float:
         """The distance of the point to any obstacle; inf without any."""
         dx, dy = x_m - self._x_m, y_m - self._y_m
-        if not math.sqrt(dx * dx + dy * dy) <= self._reach_m:
+        off_m = math.sqrt(dx * dx + dy * dy)
+        if not off_m <= self._reach_m:
             return self._look_around(x_m, y_m)
-        clear_m = self._least_m(x_m, y_m)
+        clear_m = self._least_m(x_m, y_m, off_m)
         self._free_x_m, self._free_y_m, self._free_m = x_m, y_m, clear_m
         return clear_m
 
@@ -56,34 +57,50 @@ class Nearby:
         to_centres_m = np.sqrt(x * x + y * y)
         # An obstacle whose disc is further than what lies within another cannot be the nearest.
         bound_m = (to_centres_m - ground.inner_radii_m).min() + 2.0 * REACH_M + ROUNDING_M
-        rows = np.flatnonzero(to_centres_m - discs[:, 2] <= bound_m)
-        first_ellipse, first_edge = len(ground.circles), len(ground.circles) + len(ground.ellipses)
-        of_ellipse = rows[(rows >= first_ellipse) & (rows < first_edge)]
-        ellipses = ground.ellipses[of_ellipse - first_ellipse]
-        turns = np.cos(ellipses[:, 4]), np.sin(ellipses[:, 4])
-        self._circles = ground.circles[rows[rows < first_ellipse]].tolist()
-        self._ellipses = np.column_stack((ellipses[:, :4], *turns, discs[of_ellipse, 2])).tolist()
-        self._edges = ground.edges[rows[rows >= first_edge] - first_edge].tolist()
+        to_discs_m = to_centres_m - discs[:, 2] - ROUNDING_M
+        near = np.flatnonzero(to_discs_m <= bound_m)
+        self._rows = sorted(
+            zip(to_discs_m[near].tolist(), map(self._row, near.tolist()), strict=True), key=itemgetter(0)
+        )
         if is_outside:
-            clear_m = self._least_m(x_m, y_m)
+            clear_m = self._least_m(x_m, y_m, 0.0)
         else:
             clear_m = float(clearance_at(ground, np.array([[x_m, y_m]]))[0])
         self._free_x_m, self._free_y_m, self._free_m = x_m, y_m, clear_m
         self._reach_m = min(REACH_M, REACH_SHARE * clear_m) if clear_m > ROUNDING_M else -1.0
         return clear_m
 
-    def _least_m(self, x_m: float, y_m: float) -> float:
+    def _row(self, disc: int) -> Row:
+        """What one of the ground's discs is around."""
+        ground = self._ground
+        first_ellipse, first_edge = len(ground.circles), len(ground.circles) + len(ground.ellipses)
+        if disc < first_ellipse:
+            return tuple(ground.circles[disc].tolist())
+        if disc >= first_edge:
+            return tuple(ground.edges[disc - first_edge].tolist())
+        x_m, y_m, a, b, rotation_rad = ground.ellipses[disc - first_ellipse].tolist()
+        return x_m, y_m, a, b, math.cos(rotation_rad), math.sin(rotation_rad)
+
+    def _least_m(self, x_m: float, y_m: float, off_m: float) -> float:
+        """The distance of a point that is so far off the anchor, and outside all obstacles."""
         least_m = math.inf
-        for centre_x, centre_y, radius_m in self._circles:
-            x, y = x_m - centre_x, y_m - centre_y
-            least_m = min(least_m, math.sqrt(x * x + y * y) - radius_m)
-        for edge in self._edges:
-            least_m = min(least_m, _to_edge_m(x_m, y_m, edge))
-        for ellipse in self._ellipses:
-            x, y = x_m - ellipse[0], y_m - ellipse[1]
-            if math.sqrt(x * x + y * y) - ellipse[6] < least_m:
-                least_m = min(least_m, _to_ellipse_m(x, y, ellipse))
+        for near_m, row in self._rows:
+            if near_m - off_m >= least_m:
+                break  # all further ones are at least as far
+            match len(row):
+                case 3:
+                    least_m = min(least_m, _to_circle_m(x_m, y_m, row))
+                case 4:
+                    least_m = min(least_m, _to_edge_m(x_m, y_m, row))
+                case _:
+                    least_m = min(least_m, _to_ellipse_m(x_m, y_m, row))
         return max(least_m, 0.0)
+
+
+def _to_circle_m(x_m: float, y_m: float, circle: Row) -> float:
+    centre_x, centre_y, radius_m = circle
+    x, y = x_m - centre_x, y_m - centre_y
+    return math.sqrt(x * x + y * y) - radius_m
 
 
 def _to_edge_m(x_m: float, y_m: float, edge: Row) -> float:
@@ -94,9 +111,10 @@ def _to_edge_m(x_m: float, y_m: float, edge: Row) -> float:
     return math.sqrt(x * x + y * y)
 
 
-def _to_ellipse_m(x: float, y: float, ellipse: Row) -> float:
-    """As `world.geometry.ellipses.point_distances`, for a point (x, y) from the centre."""
-    _, _, a, b, cosine, sine, _ = ellipse
+def _to_ellipse_m(x_m: float, y_m: float, ellipse: Row) -> float:
+    """As `world.geometry.ellipses.point_distances`."""
+    centre_x, centre_y, a, b, cosine, sine = ellipse
+    x, y = x_m - centre_x, y_m - centre_y
     x, y = abs(cosine * x + sine * y), abs(cosine * y - sine * x)
     if (x / a) ** 2 + (y / b) ** 2 <= 1.0:
         return 0.0
