@@ -8,8 +8,8 @@ Rule 3: where it knows no way on, and the strand has lost robots, it wants anoth
         robot has led in vain, and the map shows this one no way from any place of the strand. A strand that
         has tried another leader does not turn round any more: any robot may lead. The first leader waits
         before it says that the route is lost, where bodies or obstacles may move away.
-Rule 4: after each step that it gives up, but the first ones in an epoch, it waits before it plans again, for a
-        time that its life draws. Else two leaders that see the same give way to each other for ever.
+Rule 4: after each step that it gives up, but the first ones in an epoch, it waits before it plans again, for
+        a time that its life draws. Else two leaders that see the same give way to each other for ever.
 """
 
 import math

@@ -271,8 +271,8 @@ def test_family_figures_count_ended_runs_and_rates_use_all_metres_together() -> 
     outcomes = [
         outcome(switching_steps=2, planning_events=10, path_m=10.0, robots_arrived=5, clearance_margin_m=0.2),
         outcome(switching_steps=6, planning_events=50, path_m=20.0, robots_arrived=4, clearance_margin_m=0.1),
-        outcome(ending="crashed", surprise=Surprise.CRASHED),
-        outcome(ending="out of wall-clock time", surprise=Surprise.STOPPED),
+        outcome(ok=False, ending="crashed", surprise=Surprise.CRASHED),
+        outcome(ok=False, ending="out of wall-clock time", surprise=Surprise.STOPPED),
         outcome(family="g", switching_steps=100),
     ]
     figures = figures_of(by_family(outcomes)["f"])

@@ -79,7 +79,7 @@ def test_an_exploration_that_hurries_and_forgets_covers_the_same_schedules(
 
 
 def test_an_exploration_that_hurries_finds_the_same_breach(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("world.bodies.bodies.obeys", lambda *_: True)  # without F1
+    monkeypatch.setattr("world.bodies.body.obeys", lambda *_: True)  # without F1
     setting = replace(RULES["F1"].setting, settle_ticks=25)
     (*_, slow), (*_, fast) = (deepen(kind(setting), 2, lambda: True) for kind in (StepByStep, Fleet))
     assert slow.broken is not None

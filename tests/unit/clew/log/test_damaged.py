@@ -93,9 +93,11 @@ def test_a_damaged_line_is_reported_and_its_number_is_missing(
 @pytest.mark.parametrize("block_bytes", [1, 150, 400, 1 << 18])
 @pytest.mark.parametrize(
     ("between", "end"),
-    product(
-        [b"\n", b" \n\n", TEXTS[0].replace(b",", b",\n", 1), TEXTS[0][:-1] + TEXTS[1]],
-        [b"", b"  ", TEXTS[0][:9], TEXTS[0][:-1]],
+    list(
+        product(
+            [b"\n", b" \n\n", TEXTS[0].replace(b",", b",\n", 1), TEXTS[0][:-1] + TEXTS[1]],
+            [b"", b"  ", TEXTS[0][:9], TEXTS[0][:-1]],
+        )
     ),
 )
 def test_lines_that_are_read_many_at_once_are_read_as_one_by_one(

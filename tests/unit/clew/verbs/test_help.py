@@ -9,6 +9,7 @@ from clew.cli import SECTIONS, main
 from clew.verbs.examples import EXAMPLES
 from tests.support.campaigns import clew
 from tests.support.verbs import commands, context
+from world.scenario.fleets import has_several, load_fleets
 from world.scenario.scenario import load
 
 Path = tuple[str, ...]
@@ -73,4 +74,7 @@ def test_every_example_parses(line: str) -> None:
 def test_the_fleet_of_an_example_fits_its_scenario(example: str) -> None:
     verb, *words = shlex.split(example)
     options = ALL[(verb,)].make_context(verb, words).params
-    load(options["scenario"], robots=options["robots"], law=options["law"], seed=options["seed"])
+    if has_several(options["scenario"]):
+        load_fleets(options["scenario"], robots=options["robots"], law=options["law"])
+    else:
+        load(options["scenario"], robots=options["robots"], law=options["law"], seed=options["seed"])
