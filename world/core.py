@@ -76,7 +76,7 @@ class World:
         self.scenario = scenario
         self.arena = Arena(scenario, seed=seed, life=0 if past is None else past.life)
         self._past = past
-        self.tally = Tally()
+        self.tally = Tally() if past is None else past.tally
         self.attendance = Attendance(frozenset(robots))
         self.phase = Phase.RUNNING
         self._time_s_max = scenario.time.time_s_max
@@ -144,8 +144,6 @@ class World:
         """Resume from the timeline of a world that was killed."""
         past = self._past
         assert past is not None, "a run without a past starts"
-        for source, entry in past.lines:
-            self.tally.hear(source, entry)
         gone = self.tally.counted.keys()
         self.attendance.recall(past.come, past.dead, gone, past.incarnations, wall_s=wall_s)
         if past.ended is not None:  # only the verdict is missing
@@ -158,7 +156,7 @@ class World:
         self.answers.begin(self.attendance.robots, wall_s=wall_s)
         notes = self.arena.resume(past) if self._started else []
         notes.append(
-            self.arena.note(WorldResumed(life=past.life, entries=len(past.lines), torn_bytes=past.torn_bytes))
+            self.arena.note(WorldResumed(life=past.life, entries=past.count, torn_bytes=past.torn_bytes))
         )
         begun = [*self.arena.place(), *self.arena.restart_fence()] if self._started else []
         return [*notes, *begun]

@@ -49,6 +49,10 @@ class RunFaults:
         self._told_news, self._told_s = 0, 0.0
         self._is_planned = bool(plan.rules)
 
+    def recall(self, source: str, _: str, entry: Entry) -> None:
+        """Process an entry from before the world was started again."""
+        self.hear(source, entry)
+
     def hear(self, source: str, entry: Entry) -> None:
         """Process a timeline entry."""
         step = self._planned.step

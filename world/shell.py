@@ -55,7 +55,7 @@ from world.judge.verdict import Verdict
 from world.pace import Pace
 from world.record.progress import progress
 from world.record.readback import Readback
-from world.record.recorder import EVENTS_FILE, Header, Recorder, RecordingFailedError, open_events
+from world.record.recorder import EVENTS_FILE, Header, Recorder, RecordingFailedError, Written, open_events
 from world.record.resume import Past, continue_events, read_past
 from world.record.run_files import BEGUN_FILE, check_unchanged, header_of, save_verdict
 from world.scenario.scenario import Scenario
@@ -96,7 +96,8 @@ def run(request: Request) -> Verdict:
 
 
 async def _run(request: Request) -> Verdict:
-    past = read_past(request.out) if request.resume else None
+    faults, written = RunFaults(request.plan, request.seed, robots=request.scenario.fleet.robots), Written()
+    past = read_past(request.out, faults.recall, written.recall) if request.resume else None
     begun = request.private / BEGUN_FILE
     if past is None and begun.exists():
         raise RecordingFailedError(f"{request.out / EVENTS_FILE} was removed: a run cannot go on without it")
@@ -113,10 +114,10 @@ async def _run(request: Request) -> Verdict:
         open_events(request.out) if past is None else continue_events(request.out, past.whole_bytes) as file,
     ):
         header = _header(request, transport) if past is None else past.header
-        recorder = Recorder(file, header if past is None else None)
+        recorder = Recorder(file, header if past is None else None, written)
         begun.touch()
         with contextlib.closing(Readback(request.out, file)) as readback:
-            life = _Life(request, transport, recorder, readback, past)
+            life = _Life(request, transport, recorder, readback, faults=faults, past=past)
             serves = Serves(life.add_fault, life.end_fault, life.halt, life.go)
             async with heard(request.private, request.out, serves):
                 verdict = await life.run(ending, header.started_at)
@@ -145,6 +146,8 @@ class _Life:
         transport: Transport,
         recorder: Recorder,
         readback: Readback,
+        *,
+        faults: RunFaults,
         past: Past | None,
     ) -> None:
         self._request = request
@@ -153,7 +156,7 @@ class _Life:
         self._transport = FaultyTransport(
             transport, conditions, self._keys, WORLD, lambda fault: self._note(self._world.now_s, fault)
         )
-        self._faults = RunFaults(request.plan, request.seed, robots=request.scenario.fleet.robots)
+        self._faults = faults
         self._recorder = recorder
         self._readback = readback
         self._check_wall_s = 0.0
@@ -205,12 +208,8 @@ class _Life:
 
     def _resume(self, past: Past) -> None:
         """Restore the state that the killed world had recorded."""
-        for source, incarnation, entry in past.entries():
-            self._recorder.recall(source, entry, incarnation)
-            self._faults.hear(source, entry)
         ran_s = (datetime.now(UTC) - datetime.fromisoformat(past.header.started_at)).total_seconds()
         self._obey(self._world.resume(wall_s=time.monotonic()))
-        past.forget_lines()
         if self._world.started:
             self._started_wall_s -= ran_s
 

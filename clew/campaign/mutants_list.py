@@ -264,8 +264,8 @@ MUTANTS = (
         "eaten-entry",
         "a world that is started again keeps the last whole entry of its timeline",
         "world/record/resume.py",
-        "    return Past(header, lines, len(text) - len(torn), len(torn))\n",
-        "    return Past(header, lines[:-1], len(text) - len(torn) - len(whole[-1]) - 1, len(torn))\n",
+        '(newline := file.read(min(READ_BYTES, end - at)).rfind(b"\\n"))',
+        '(newline := file.read(min(READ_BYTES, end - at)).rpartition(b"\\n")[0].rfind(b"\\n"))',
         check="tests/unit/world/record/test_resume.py::"
         "test_an_incomplete_line_is_removed_and_numbers_continue",
     ),

@@ -50,27 +50,18 @@ class Header(Struct, frozen=True, kw_only=True, tag_field="kind", tag="run.start
     """The fault plan; None: there was no plan, or the log is older than this field."""
 
 
-class Recorder:
-    """Writes one timeline, and knows which entries are missing."""
+class Written:
+    """Which entries are in a timeline, and which are known to be missing."""
 
-    def __init__(self, file: FileIO, header: Header | None) -> None:
-        """Begin the file with the header; None: the file has one, and `recall` gets its entries."""
-        self._file = file
-        self.written: Counter[str] = Counter()
-        """The number of entries written, by source."""
+    def __init__(self) -> None:
+        self.counts: Counter[str] = Counter()
+        """The number of entries, by source."""
         self._written: Counter[tuple[str, str]] = Counter()
-        """The newest entry written, by source and incarnation."""
+        """The newest entry, by source and incarnation."""
         self._newest: Counter[tuple[str, str]] = Counter()
         self._speaks: dict[str, str] = {}
         """The incarnation of each source that is being written."""
         self._gone: set[tuple[str, str]] = set()
-        if header is not None:
-            self._write(msgspec.json.encode(header) + b"\n")
-
-    @property
-    def recorded_count(self) -> int:
-        """The number of entries written, of all sources."""
-        return self.written.total()
 
     @property
     def missing(self) -> dict[str, int]:
@@ -82,8 +73,57 @@ class Recorder:
         return dict(+short)
 
     def up_to(self, source: str, incarnation: str = "") -> int:
-        """Acknowledgement: all entries of a source up to this number are written."""
+        """All entries of a source up to this number are there."""
         return self._written[source, incarnation]
+
+    def follows(self, source: str, n: int, incarnation: str) -> bool:
+        """Whether an entry is to be written next; it is known to exist from now on."""
+        key = source, incarnation
+        if key in self._gone:
+            return False
+        self._newest[key] = max(self._newest[key], n)
+        return n == self._written[key] + 1
+
+    def recall(self, source: str, incarnation: str, entry: Entry) -> None:
+        """An entry is in the file."""
+        before = self._speaks.setdefault(source, incarnation)
+        if before != incarnation:  # rule 4
+            self._gone.add((source, before))
+            self._speaks[source] = incarnation
+        key = source, incarnation
+        self._written[key] = entry.n
+        self._newest[key] = max(self._newest[key], entry.n)
+        self.counts[source] += 1
+
+
+class Recorder:
+    """Writes one timeline, and knows which entries are missing."""
+
+    def __init__(self, file: FileIO, header: Header | None, past: Written | None = None) -> None:
+        """Begin the file with the header; None: the file has one, and the entries of `past`."""
+        self._file = file
+        self._known = Written() if past is None else past
+        if header is not None:
+            self._write(msgspec.json.encode(header) + b"\n")
+
+    @property
+    def written(self) -> Counter[str]:
+        """The number of entries written, by source."""
+        return self._known.counts
+
+    @property
+    def recorded_count(self) -> int:
+        """The number of entries written, of all sources."""
+        return self.written.total()
+
+    @property
+    def missing(self) -> dict[str, int]:
+        """By source: the number of entries that are known to exist and are not written; only if above 0."""
+        return self._known.missing
+
+    def up_to(self, source: str, incarnation: str = "") -> int:
+        """Acknowledgement: all entries of a source up to this number are written."""
+        return self._known.up_to(source, incarnation)
 
     def take(self, source: str, entries: Sequence[Entry], incarnation: str = "") -> list[Entry]:
         """Write the entries that continue a source; returns the written ones.
@@ -91,29 +131,13 @@ class Recorder:
         Raises:
             RecordingFailedError: the file cannot be written.
         """
-        key = source, incarnation
         taken: list[Entry] = []
-        for entry in entries if key not in self._gone else ():
-            self._newest[key] = max(self._newest[key], entry.n)
-            if entry.n == self._written[key] + 1:
+        for entry in entries:
+            if self._known.follows(source, entry.n, incarnation):
                 self._write(line(source, entry))
-                self.recall(source, entry, incarnation)
+                self._known.recall(source, incarnation, entry)
                 taken.append(entry)
         return taken
-
-    def recall(self, source: str, entry: Entry, incarnation: str = "") -> None:
-        """Note an entry that is in the file."""
-        self._hand_over(source, incarnation)
-        self._written[source, incarnation] = entry.n
-        self._newest[source, incarnation] = max(self._newest[source, incarnation], entry.n)
-        self.written[source] += 1
-
-    def _hand_over(self, source: str, incarnation: str) -> None:
-        """Rule 4."""
-        before = self._speaks.setdefault(source, incarnation)
-        if before != incarnation:
-            self._gone.add((source, before))
-            self._speaks[source] = incarnation
 
     def _write(self, text: bytes) -> None:
         try:

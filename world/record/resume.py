@@ -6,12 +6,14 @@ Rule 2: the fence is the last one that was recorded. The world raises it before 
         no order from before is in hand.
 Rule 3: a world records an entry at least every `QUIET_S`. So a clock that continues `QUIET_S` after the
         newest entry shows times that no robot has seen before.
+Rule 4: the file is read once, in parts, and no entry is kept: bodies stand while the world is away, and its
+        memory does not grow with the run.
 """
 
 import os
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
-from io import FileIO
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import InitVar, dataclass, field
+from io import BufferedReader, FileIO
 from pathlib import Path
 
 import msgspec
@@ -37,9 +39,11 @@ from protocol.timeline import (
     ScanServed,
     WorldResumed,
 )
-from world.record.lines import Line, read_line
+from world.judge.tally import Tally
+from world.record.lines import Line, read_lines
 from world.record.recorder import EVENTS_FILE, Header
 
+READ_BYTES = 1 << 18
 QUIET_S = 1.0
 """Simulated: the longest time between two entries of the world."""
 
@@ -83,15 +87,24 @@ class BodyPast:
         self.x_m, self.y_m, self.sampled = place.x_m, place.y_m, self.sampled and not moved
 
 
+Hear = Callable[[str, str, Entry], None]
+"""Gets an entry of the past: its source, the incarnation of that, and the entry."""
+
+
 @dataclass(slots=True)
 class Past:
     """A timeline found in the run's folder."""
 
     header: Header
-    lines: Sequence[Line]
     whole_bytes: int
     """The length of the file without an incomplete last line."""
     torn_bytes: int
+    lines: InitVar[Iterable[Line]]
+    """Its entries; they are heard once, and not kept."""
+    others: InitVar[Sequence[Hear]] = ()
+    """Whoever else is to hear them, at the same time."""
+    count: int = 0
+    """The number of entries."""
     life: int = 1
     """How often the world has been resumed so far, including this time."""
     newest_s: float = 0.0
@@ -105,16 +118,23 @@ class Past:
     incarnations: dict[int, str] = field(default_factory=dict)
     unlawful: set[PromiseBroken] = field(default_factory=set)
     """The violations that were recorded."""
+    tally: Tally = field(default_factory=Tally)
     ended: str | None = None
     """The reason for the end, if everything but the verdict was written."""
 
-    def __post_init__(self) -> None:
-        for source, entry in self.lines:
-            robot = robot_number(source)
+    def __post_init__(self, lines: Iterable[Line], others: Sequence[Hear]) -> None:
+        lives: dict[str, str] = {}
+        for source, entry in lines:
+            self.count += 1
+            self.tally.hear(source, entry)
             if source == WORLD:
                 self._hear_world(entry)
-            elif robot is not None and isinstance(entry.record, RobotStarted):
+            elif isinstance(entry.record, RobotStarted) and (robot := robot_number(source)) is not None:
                 self.incarnations[robot] = entry.record.incarnation
+                if entry.n == 1:
+                    lives[source] = entry.record.incarnation
+            for hear in others:
+                hear(source, lives.get(source, ""), entry)
 
     def _hear_world(self, entry: Entry) -> None:
         self.newest_s = max(self.newest_s, entry.t_s)
@@ -143,18 +163,6 @@ class Past:
             case _:
                 pass  # the tally and the evidence process all entries
 
-    def forget_lines(self) -> None:
-        """Free the memory of the lines: all that a resumed world needs of them is known."""
-        self.lines = ()
-
-    def entries(self) -> Iterator[tuple[str, str, Entry]]:
-        """All entries, each with its source and the incarnation of the source."""
-        lives: dict[str, str] = {}
-        for source, entry in self.lines:
-            if isinstance(entry.record, RobotStarted) and entry.n == 1:
-                lives[source] = entry.record.incarnation
-            yield source, lives.get(source, ""), entry
-
 
 def _fence_of(changed: FenceChanged) -> Fence:
     generation, robot = divmod(changed.epoch, NUMBERS)
@@ -168,29 +176,52 @@ def _fence_of(changed: FenceChanged) -> Fence:
     )
 
 
-def read_past(folder: Path) -> Past | None:
+def read_past(folder: Path, *others: Hear) -> Past | None:
     """Read the timeline in a run's folder; None if no run has begun. An incomplete header is removed.
+
+    Args:
+        folder: of the run.
+        others: whoever else is to hear the entries: the file is read once.
 
     Raises:
         UsageError: it cannot be read, or is not a valid timeline.
     """
     path = folder / EVENTS_FILE
     try:
-        text = b""
-        if path.exists():
-            with open_regular(path) as file:
-                text = file.read()
-        *whole, torn = text.split(b"\n")
-        if not whole:
-            path.unlink(missing_ok=True)
+        if not path.exists():
             return None
-        header = msgspec.json.decode(whole[0], type=Header)
-        lines = [read_line(line) for line in whole[1:]]
+        with open_regular(path) as file:
+            torn_bytes = _torn_bytes(file)
+            whole_bytes = file.seek(0, os.SEEK_END) - torn_bytes
+            file.seek(0)
+            if whole_bytes > 0:
+                header = msgspec.json.decode(file.readline(), type=Header)
+                return Past(header, whole_bytes, torn_bytes, _lines(file, whole_bytes), others)
+        path.unlink()
     except OSError as error:
         raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
     except (msgspec.MsgspecError, ValueError) as error:
         raise UsageError(f"{path}: no run can go on from it: {error}") from error
-    return Past(header, lines, len(text) - len(torn), len(torn))
+    return None
+
+
+def _lines(file: BufferedReader, whole_bytes: int) -> Iterator[Line]:
+    """The entries in the rest of a file, up to the end of its last whole line."""
+    while (left_bytes := whole_bytes - file.tell()) > 0:
+        text = file.read(min(READ_BYTES, left_bytes))
+        yield from read_lines(text if text.endswith(b"\n") else text + file.readline())
+
+
+def _torn_bytes(file: BufferedReader) -> int:
+    """How long the text behind the last newline is."""
+    end = file.seek(0, os.SEEK_END)
+    at = end
+    while at > 0:
+        at = max(0, at - READ_BYTES)
+        file.seek(at)
+        if (newline := file.read(min(READ_BYTES, end - at)).rfind(b"\n")) >= 0:
+            return end - at - newline - 1
+    return end
 
 
 def continue_events(folder: Path, whole_bytes: int) -> FileIO:

@@ -249,7 +249,7 @@ class ViewStage:
             name = _name(source)
             counts[name] = counts.get(name, 0) + 1
             lines.append((name, Entry(n=counts[name], t_s=t_s, hlc="", record=record)))
-        past = Past(HEADER, lines, whole_bytes=0, torn_bytes=0)
+        past = Past(HEADER, 0, 0, lines)
         self.mail = [post for post in self.mail if post.receiver != WORLD]
         before = self.fence
         self.world = World(self.scenario, seed=1, wall_s=self.now_s, past=past)

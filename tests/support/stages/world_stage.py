@@ -67,7 +67,7 @@ class Stage:
         """A stage with a new world that resumes from this one's records."""
         again = Stage(self.world.scenario)
         again.wall_s, again.lines = self.wall_s, list(self.lines)
-        past = Past(HEADER, self.lines, whole_bytes=0, torn_bytes=0)
+        past = Past(HEADER, 0, 0, self.lines)
         again.world = World(self.world.scenario, seed=1, wall_s=again.wall_s, past=past)
         for source, entry in self.lines:
             again.world.handle(EntryRead(source, entry), wall_s=again.wall_s)

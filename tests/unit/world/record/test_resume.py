@@ -36,7 +36,8 @@ from world.bodies.arena import TICK_S
 from world.events import ScanAsked, StopAsked, TokenCame
 from world.judge.ending import Ending
 from world.judge.judgement import judge
-from world.record.recorder import EVENTS_FILE, Recorder, open_events
+from world.record import resume
+from world.record.recorder import EVENTS_FILE, Recorder, Written, open_events
 from world.record.resume import QUIET_S, continue_events, read_past
 
 SECOND = round(1.0 / TICK_S)
@@ -257,14 +258,14 @@ def test_an_incomplete_line_is_removed_and_numbers_continue(
     path = folder / EVENTS_FILE
     text = path.read_bytes()
     path.write_bytes(text[:-cut])
-    past = read_past(folder)
+    written = Written()
+    past = read_past(folder, written.recall)
     assert past is not None
+    assert past.count == path.read_bytes().count(b"\n") - 1
     assert past.torn_bytes == len(path.read_bytes()) - past.whole_bytes
     with continue_events(folder, past.whole_bytes) as file:
-        recorder = Recorder(file, None)
-        for source, incarnation, entry in past.entries():
-            recorder.recall(source, entry, incarnation)
-        n = len(past.lines) + 1
+        recorder = Recorder(file, None, written)
+        n = past.count + 1
         again = Entry(n=n, t_s=9.0, hlc="", record=RunEnded(reason="again"))
         assert recorder.take("world", [again]) == [again]
         assert recorder.take("world", [again]) == []
@@ -276,14 +277,28 @@ def test_an_incomplete_line_is_removed_and_numbers_continue(
 def test_entries_of_a_recorded_incarnation_are_neither_repeated_nor_lost(tmp_path: Path) -> None:
     started = RobotStarted(pid=7, incarnation="ab")
     lines = [("r1", Entry(n=1, t_s=0.0, hlc="", record=started))]
-    past = read_past(recorded(tmp_path, lines))
+    written = Written()
+    past = read_past(recorded(tmp_path, lines), written.recall)
     assert past is not None
     with continue_events(tmp_path, past.whole_bytes) as file:
-        recorder = Recorder(file, None)
-        for source, incarnation, entry in past.entries():
-            recorder.recall(source, entry, incarnation)
+        recorder = Recorder(file, None, written)
         more = Entry(n=2, t_s=0.0, hlc="", record=RobotArrived(progress_m=0.0))
         assert recorder.take("r1", [lines[0][1], more], "ab") == [more]
+
+
+@pytest.mark.parametrize("read_bytes", [1, 100, 1 << 18])
+def test_a_past_is_the_same_however_much_of_the_file_is_read_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, read_bytes: int
+) -> None:
+    monkeypatch.setattr(resume, "READ_BYTES", read_bytes)
+    lines = numbered(AT_REST)
+    path = recorded(tmp_path, lines) / EVENTS_FILE
+    path.write_bytes(path.read_bytes() + b'{"torn')
+    heard = list[tuple[str, Entry]]()
+    past = read_past(tmp_path, lambda source, _, entry: heard.append((source, entry)))
+    assert past is not None
+    assert (heard, past.count, past.torn_bytes) == (lines, len(lines), 6)
+    assert past.whole_bytes == path.stat().st_size - 6
 
 
 def test_a_folder_without_a_run_has_nothing_to_resume(tmp_path: Path) -> None:
