@@ -8,7 +8,7 @@ from protocol.keys import WORLD, robot_name
 from world.core import World
 from world.judge.books import Account, balance
 from world.judge.tally import Tally
-from world.judge.verdict import Events, Facts, Verdict, pass_verdict
+from world.judge.verdict import Events, Facts, Late, Verdict, pass_verdict
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,6 +32,7 @@ class Circumstances:
     cpu_s: float
     speed_reached: float | None = None
     """Simulated seconds per wall-clock second of the world's clock; None: in lock-step or rehearsed."""
+    ticks_late: Late | None = None
 
 
 def verdict_of(world: World, circumstances: Circumstances) -> Verdict:
@@ -67,6 +68,7 @@ def verdict_of(world: World, circumstances: Circumstances) -> Verdict:
             wall_s=circumstances.wall_s,
             cpu_s=circumstances.cpu_s,
             speed_reached=circumstances.speed_reached,
+            ticks_late=circumstances.ticks_late,
         )
     )
 

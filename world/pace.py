@@ -9,20 +9,24 @@ Rule 3: in lock-step the world ticks at once, unless answers of robots are missi
 Rule 4: a held run ticks in lock-step as far as it was asked to go, so that it never runs ahead of a test that
         has no processor time. It is released when nobody has asked for `HELD_S_MAX`: the test may be dead.
 Rule 5: when the run is over robots do not answer, and the world ticks in real time.
+Rule 6: a tick is late by the time from when it was due, at the speed that was asked for, until it is made.
 """
 
 import math
+from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from world.bodies.arena import ODOMETRY_TICKS, TICK_S
 from world.core import World
+from world.judge.verdict import Late
 
 PATIENCE_S = 1.0  # docs/run.md
 GLANCE_S = 0.1  # wall: the longest delay in noticing a signal or a deadline
 REMIND_S = 0.05  # wall: far longer than an answer takes if no message is lost
 HELD_S_MAX = 60.0  # wall: a test on a loaded machine was seen to pause for some seconds
 HELD_GLANCE_S = 0.01  # wall: a held run is asked every 0.02 s
+LATE_MS_MAX = 60_000  # bounds what is kept; no tick that anybody waits for is later
 REPEAT_S = 0.5  # wall: a machine that is late already is not to be given more work
 
 
@@ -43,6 +47,8 @@ class Pace:
     _took_s: float = 0.0
     """How long that took [wall s]."""
     _ticked_wall_s: float | None = None
+    _late_ms: Counter[int] = field(default_factory=Counter)
+    """How many ticks were so late (rule 6)."""
 
     def wait_s(self, world: World, *, wall_s: float) -> float:
         """How long to wait for arrivals [wall s]; 0 when a tick is due."""
@@ -88,11 +94,12 @@ class Pace:
         if self._in_lock_step(world):
             self._due_wall_s = wall_s + PATIENCE_S
             return
-        period_s = TICK_S / (self.speed or 1.0)
+        period_s, late_s = TICK_S / (self.speed or 1.0), wall_s - self._due_wall_s
         self._due_wall_s = max(self._due_wall_s + period_s, wall_s - ODOMETRY_TICKS * period_s)
         if world.ending is None and self._ticked_wall_s is not None:
             self._ran_s += TICK_S
             self._took_s += wall_s - self._ticked_wall_s
+            self._late_ms[min(round(1000.0 * late_s), LATE_MS_MAX)] += 1
         self._ticked_wall_s = wall_s
 
     def resume(self) -> None:
@@ -103,6 +110,20 @@ class Pace:
     def speed_reached(self) -> float | None:
         """Simulated seconds per wall-clock second so far; None: too short to say, or in lock-step."""
         return self._ran_s / self._took_s if self._took_s >= PATIENCE_S else None
+
+    @property
+    def late(self) -> Late | None:
+        """How late ticks were (rule 6); None: no tick had a time."""
+        return Late(p50_s=self._late_s(50), p99_s=self._late_s(99)) if self._late_ms else None
+
+    def _late_s(self, percent: int) -> float:
+        """A percentile, by nearest rank."""
+        rank = max(-(-percent * self._late_ms.total() // 100), 1)
+        for late_ms, count in sorted(self._late_ms.items()):
+            rank -= count
+            if rank <= 0:
+                return late_ms / 1000.0
+        return 0.0
 
     def _in_lock_step(self, world: World) -> bool:
         return self.speed is None and world.ending is None

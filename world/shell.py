@@ -388,6 +388,7 @@ class _Life:
                 lost=self._readback.lost(self._recorder.written),
                 wall_s=self._over_wall_s - self._started_wall_s,
                 speed_reached=self._pace.speed_reached,
+                ticks_late=self._pace.late,
                 cpu_s=time.process_time(),
             ),
         )

@@ -70,6 +70,11 @@ class Launched:
         """For how long it has run."""
         return time.monotonic() - self._since_s if self._ended is None else self._ended.wall_s
 
+    @property
+    def processes(self) -> dict[int, str]:
+        """The command lines of all its living processes, by process id."""
+        return processes_of(self._temporary)
+
     def has_ended(self, within_s: float = LOOK_S) -> bool:
         """Whether it ends by itself within this time."""
         return self._ended is not None or _has_ended(self._launcher, within_s)

@@ -12,6 +12,7 @@ from clew.verbs.group import Late, LateGroup
         "forming": Late("bench_forming:forming_", "Rehearse queues until they have formed a strand."),
         "healing": Late("bench_healing:healing", "How soon live fleets replace a lost leader."),
         "hop": Late("bench_hop:hop", "How fast news goes down a strand of processes."),
+        "scale": Late("bench_scale:scale", "What fleets of many real processes cost."),
         "loss": Late("bench_loss:loss", "How long a fleet takes when messages are lost."),
         "page": Late("bench_page:page", "Write docs/performance.md from results."),
         "plan": Late("bench_plan:plan", "Time the plans of leaders, as a whole and by part."),

@@ -63,6 +63,7 @@ ONLY_IN = {
         "clew/verbs/bench_forming.py",
         "clew/verbs/bench_plan.py",
         "clew/verbs/bench_rehearsal.py",
+        "clew/verbs/bench_scale.py",
         "protocol/network/faulty_transport.py",
         "world/shell.py",
     },

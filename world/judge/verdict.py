@@ -25,6 +25,13 @@ NO_ROUTE = "no_route: "
 """The beginning of the reason if the run ended because the leader found no way."""
 
 
+class Late(Struct, frozen=True, kw_only=True):
+    """How late the ticks of a live run were, against the speed that was asked for [wall s]."""
+
+    p50_s: float
+    p99_s: float
+
+
 class Events(Struct, frozen=True, kw_only=True):
     """The completeness of the timeline."""
 
@@ -74,6 +81,7 @@ class Facts:
     wall_s: float
     cpu_s: float
     speed_reached: float | None = None
+    ticks_late: Late | None = None
 
     @property
     def goal_reached(self) -> bool:
@@ -126,6 +134,8 @@ class Verdict(Struct, frozen=True, kw_only=True):
     """Simulated seconds per wall-clock second while the clock ran; null: in lock-step or rehearsed."""
     slowness: str | None = None
     """A sentence where that is much less than `speed`; null: the machine was fast enough."""
+    ticks_late: Late | None = None
+    """Null: in lock-step or rehearsed."""
     messages: Messages
     events: Events
     deaths: tuple[Death, ...]
@@ -180,6 +190,7 @@ def _verdict(facts: Facts, recovery: Recovery, rms_m: float | None) -> Verdict:
         cpu_s=facts.cpu_s,
         speed_reached=None if facts.speed_reached is None else round(facts.speed_reached, 3),
         slowness=slowness(scenario.fleet.robots, facts.speed, facts.speed_reached),
+        ticks_late=facts.ticks_late,
         messages=facts.messages,
         events=facts.events,
         deaths=recovery.deaths,

@@ -194,3 +194,24 @@ def test_lock_step_ends_with_the_run() -> None:
     stage.handle(StopAsked(ExitCode.INTERRUPTED))
     ticks = sum(ticks_due(stage, pace, wall_s=2.0 + milliseconds / 1000) for milliseconds in range(1000))
     assert ticks == pytest.approx(1.0 / TICK_S, abs=2 * ODOMETRY_TICKS)
+
+
+def test_a_tick_is_late_from_when_it_was_due_until_it_is_made() -> None:
+    stage, pace = running(), Pace(1.0)
+    answered(stage)
+    wall_s = 7.0
+    for late_s in [0.0] * 60 + [0.015] * 40 + [0.5]:
+        due_s = wall_s + late_s
+        assert ticks_due(stage, pace, wall_s=due_s, answering=True) >= 1
+        wall_s = due_s + pace.wait_s(stage.world, wall_s=due_s)
+    late = pace.late
+    assert late is not None
+    assert late.p50_s == pytest.approx(0.0, abs=0.001)
+    assert 0.015 <= late.p99_s <= 0.5
+
+
+def test_ticks_in_lock_step_are_never_late() -> None:
+    stage, pace = running(), Pace(None)
+    answered(stage)
+    ticks_due(stage, pace, wall_s=7.0, answering=False)
+    assert pace.late is None

@@ -1,0 +1,101 @@
+"""What is read from a timeline while it is written, and what counts as an aim that was missed."""
+
+import pytest
+from msgspec.structs import replace
+
+from clew.bench.scale import NTP64_PER_S, Progress, ScaleRun, queue_before_posts, scale_run, spell
+from clew.bench.usage import Process, Usage, cpu_s, processes
+from protocol.timeline import Entry, PoseSampled, Record, RobotSettled, StrandJoined
+from tests.support.logs.logs import GOOD
+from world.judge.verdict import Late
+from world.record.recorder import line
+
+PLACED = PoseSampled(robot=1, x_m=0.0, y_m=0.0, heading_rad=0.0, clearance_m=None, separation_m=1.0)
+JOINED = StrandJoined(epoch=10001, rank=0, members=2)
+USED = Usage(processes=2, pss_mb=4.0, files=20.0)
+
+
+def written(t_s: float, wall_s: float, record: Record, source: str = "world") -> bytes:
+    return line(source, Entry(n=1, t_s=t_s, hlc=f"{int(wall_s * NTP64_PER_S)}/1", record=record))
+
+
+def formed() -> Progress:
+    progress = Progress(2)
+    timeline = written(0.0, 102.0, PLACED) + b"".join(
+        written(0.5, 104.0 + robot, JOINED, f"r{robot}") for robot in (1, 2)
+    )
+    for at in range(0, len(timeline), 7):
+        progress.read(timeline[at : at + 7])
+    return progress
+
+
+def run(progress: Progress, **changed: object) -> ScaleRun:
+    driving = spell({"robot": 3.0}, robots=2, sim_s=10.0, wall_s=11.0, used={"robot": USED})
+    verdict = replace(GOOD, ticks_late=Late(p50_s=0.001, p99_s=0.01), wall_s=2.0)
+    told = scale_run(
+        verdict,
+        progress,
+        robots=2,
+        speed=1.0,
+        began_s=100.0,
+        said="",
+        standing=None,
+        driving=driving,
+        load=(0.0, 1.0),
+    )
+    return replace(told, **changed)
+
+
+def test_a_fleet_is_ready_when_bodies_are_placed_and_formed_when_the_last_has_joined() -> None:
+    told = run(formed())
+    assert (told.ready_s, told.formed_s, told.formed_sim_s) == pytest.approx((2.0, 6.0, 0.5))
+
+
+def test_a_run_is_over_when_robots_settle() -> None:
+    progress = formed()
+    assert not progress.is_over
+    progress.read(written(9.0, 110.0, RobotSettled(sent={}), "r1"))
+    assert (progress.is_over, progress.now_s) == (True, 9.0)
+
+
+def test_processor_time_is_per_robot_and_simulated_second() -> None:
+    assert spell({"robot": 3.0}, robots=2, sim_s=10.0, wall_s=60.0, used={}).cpu_ms_in_all == 150.0
+
+
+def test_only_processes_that_were_there_before_count() -> None:
+    before = [
+        Process(pid=1, part="robot", cpu_s=1.0, files=3),
+        Process(pid=2, part="world", cpu_s=1.0, files=3),
+    ]
+    after = [
+        Process(pid=1, part="robot", cpu_s=1.5, files=3),
+        Process(pid=9, part="robot", cpu_s=7.0, files=3),
+    ]
+    assert cpu_s(before, after) == {"robot": 0.5}
+
+
+def test_a_process_that_has_gone_is_left_out() -> None:
+    assert processes({2**22 + 1: "python -m world"}) == []
+
+
+@pytest.mark.parametrize(
+    ("changed", "missed"),
+    [
+        ({}, []),
+        ({"ready_s": 5.1}, ["ready within 5 s"]),
+        ({"formed_s": None}, ["formed within 20 s"]),
+        ({"ok": False}, ["verdict ok"]),
+        ({"ticks_late": Late(p50_s=0.0, p99_s=0.06)}, ["99 % of ticks less than 0.05 s late"]),
+    ],
+)
+def test_an_aim_that_was_missed_is_named(changed: dict[str, object], missed: list[str]) -> None:
+    assert run(formed(), **changed).misses == missed
+
+
+def test_the_queue_has_posts_before_it_and_none_beside_it() -> None:
+    scenario = queue_before_posts(50, seed=1)
+    first = scenario.fleet.start
+    assert first is not None
+    posts = [each.centre_m for each in scenario.obstacles if hasattr(each, "centre_m")]
+    assert posts
+    assert all(x_m > first[0] for x_m, _ in posts)
