@@ -4,7 +4,6 @@ import argparse
 import sys
 from pathlib import Path
 
-import agents.navigation.guidance  # noqa: F401 - loaded before the fork, with scipy, so that all robots share it
 from agents.process.host import Orders, run_host, run_robot, say
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode

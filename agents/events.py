@@ -55,4 +55,11 @@ class TokensSeen(Struct, frozen=True):
     """Pairs of robot and incarnation; a journal takes no numbers as keys."""
 
 
-Event = OdometryHeard | ScanHeard | ViewHeard | LinkHeard | TokenCame | TokenWent | TokensSeen
+class TokensWatched(Struct, frozen=True):
+    """From now on, these robots' tokens are watched and no others; those that are shown have come."""
+
+    robots: tuple[int, ...] | None
+    """None: all robots'."""
+
+
+Event = OdometryHeard | ScanHeard | ViewHeard | LinkHeard | TokenCame | TokenWent | TokensSeen | TokensWatched

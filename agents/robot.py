@@ -21,6 +21,7 @@ from agents.events import (
     ScanHeard,
     TokenCame,
     TokensSeen,
+    TokensWatched,
     TokenWent,
     ViewHeard,
 )
@@ -97,6 +98,13 @@ class Robot:
         """Its links to its neighbours in the strand."""
         return () if self._membership.member is None else self._membership.member.links
 
+    @property
+    def watches(self) -> frozenset[int] | None:
+        """The robots whose tokens matter to it now; None: all of them."""
+        if self.phase not in (None, Phase.FORMED):
+            return None
+        return frozenset(link.neighbour for link in self.links)
+
     def handle(self, event: Event, now_s: float) -> list[Command]:
         """Take in what happened; returns what is to be done, in order."""
         if self._driver.awake:
@@ -126,6 +134,8 @@ class Robot:
                 presence.come(robot, incarnation, now_s)
             case TokensSeen(shown):
                 presence.see(dict(shown), now_s)
+            case TokensWatched(robots):
+                presence.watch(robots, now_s)
             case TokenWent(robot, incarnation):
                 presence.go(robot, incarnation, now_s)
             case _:

@@ -81,6 +81,10 @@ class Keys:
         """Liveliness token; the incarnation distinguishes a restarted source from its predecessor."""
         return f"{self.root}/alive/{source}/{incarnation}"
 
+    def tokens_of(self, source: str) -> str:
+        """The pattern of all liveliness tokens of a source."""
+        return self.alive(source, "*")
+
     def pulse(self, source: str) -> str:
         """A key without receivers: a process sends on it to test whether its session still works."""
         return f"{self.root}/pulse/{source}"
@@ -92,3 +96,9 @@ class Keys:
     def part(self, key: str, index: int) -> str:
         """One chunk of a key, counted after the root: in `…/link/r1/r2`, chunk 1 is `r1`."""
         return self.behind_root(key).split("/")[index]
+
+
+def matches(pattern: str, key: str) -> bool:
+    """Whether a key is one that a pattern means, in which `*` stands for one chunk."""
+    parts, wanted = key.split("/"), pattern.split("/")
+    return len(parts) == len(wanted) and all(w in ("*", p) for w, p in zip(wanted, parts, strict=True))

@@ -28,7 +28,7 @@ from protocol.fence import NOBODY_NUMBER, Raise, Release, Stop, Turn
 from protocol.keys import WORLD, robot_name, robot_number
 from protocol.network.faulty_transport import Conditions, FaultyTransport
 from protocol.network.session import Session
-from protocol.network.transport import Appeared, Arrival, Asked, Heard, Refused, Transport, Vanished
+from protocol.network.transport import Appeared, Arrival, Asked, Heard, Listed, Refused, Transport, Vanished
 from protocol.network.zenoh_transport import open_transport
 from protocol.timeline import Entry, Record
 from protocol.wire.messages import Drive, LogBatch, Logged, Message, Phase, ScanQuery
@@ -106,7 +106,7 @@ async def _run(request: Request) -> Verdict:
     keys = request.session.keys
     hear = [keys.drive("*"), keys.fence("*"), keys.log("*")]
     answer = [keys.scan("*"), keys.mission()]
-    alive, watch = keys.alive(WORLD, secrets.token_hex(4)), keys.alive("*", "*")
+    alive, watch = keys.alive(WORLD, secrets.token_hex(4)), [keys.tokens_of("*")]
     with (
         asked_to_end(request.lifeline) as ending,
         open_transport(request.session, hear=hear, answer=answer, alive=alive, watch=watch) as transport,
@@ -328,7 +328,7 @@ class _Life:
             case Heard(key, _, message) | Asked(key, message, _):
                 reason = f"{type(message).__name__} means nothing on this key"
                 self._handle(MessageDropped(self._keys.behind_root(key), reason))
-            case Appeared() | Vanished():
+            case Appeared() | Vanished() | Listed():
                 pass
 
     def _robot(self, key: str) -> int | None:

@@ -152,6 +152,8 @@ class Coordinator:
             return True
         if self._suspicion.judges(now_s) and now_s - self._began_s > self._timing.reports_s:
             return False
+        if not self._suspicion.presence.sees_all:
+            return True
         showing = self._suspicion.presence.robots | {self._robot}
         expected = showing - self._suspicion.suppressed(now_s)
         return not expected <= self._reports.keys()

@@ -4,9 +4,11 @@ Rule 1: a token that has gone, or has come back as another process's, ends nothi
         heard of after that lives on.
 Rule 2: a robot that does not see the world's token is cut off itself, and knows nothing of the others. When
         it sees that again, the tokens of the others may be on their way: they count as gone from then on.
+Rule 3: a live robot watches only the tokens that matter to it: all tokens for all robots are a square. What
+        it knew of the others is void. A robot that it begins to watch and that shows none has gone by then.
 """
 
-from collections.abc import Mapping, Set
+from collections.abc import Iterable, Mapping, Set
 
 from protocol.keys import WORLD_NUMBER
 
@@ -21,6 +23,10 @@ class Presence:
         self._newest: dict[int, str] = {}
         self._went_s: dict[int, float] = {}
         """When a robot's last process stopped showing its token."""
+        self.sees_all = True
+        """Whether all tokens that are shown have been seen."""
+        self._listed_s: float | None = None
+        """When those of all robots were seen that this robot had not watched before (rule 3)."""
 
     def come(self, robot: int, incarnation: str, now_s: float) -> None:
         """A token has come."""
@@ -42,6 +48,20 @@ class Presence:
             return
         self._newest = dict(shown)
         self._tokens = {robot: (incarnation,) for robot, incarnation in shown.items()}
+
+    def watch(self, robots: Iterable[int] | None, now_s: float) -> None:
+        """Rule 3: the tokens of these robots are watched, or of all, and those that are shown have come."""
+        self.sees_all = robots is None
+        self._listed_s = now_s if self.sees_all else None
+        if robots is None:
+            return
+        watched = {*robots, WORLD_NUMBER}
+        for known in (self._tokens, self._newest, self._went_s):
+            for robot in known.keys() - watched:
+                del known[robot]
+        for robot in watched - {WORLD_NUMBER}:
+            if not self.shows(robot):
+                self._went_s.setdefault(robot, now_s)
 
     def go(self, robot: int, incarnation: str, now_s: float) -> None:
         """A token has gone."""
@@ -74,7 +94,7 @@ class Presence:
 
     def is_lost(self, robot: int, heard_at_s: float, now_s: float) -> bool:
         """Rule 1: whether the process is no more that was last heard then."""
-        went_s = self._went_s.get(robot)
+        went_s = self._went_s.get(robot, None if self.shows(robot) else self._listed_s)
         if went_s is None or not self.connected:
             return False
         if self.shows(robot):

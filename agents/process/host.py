@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from agents.process.shell import run
+from agents.process.warm import warm_up
 from protocol.asked import EXIT_CODES, signal_of
 from protocol.ending import asked_to_end, until_ended
 from protocol.errors import SessionLostError, UsageError
@@ -71,6 +72,8 @@ def run_robot(robot: int, told: Orders, lifeline: int | None, *, again: bool = F
 def run_host(robots: Sequence[int], told: Orders, lifeline: int | None) -> int:
     """Fork the robots and reap them; returns 0 if all ended well, else the first bad exit code."""
     reading_end, writing_end = os.pipe()
+    warm_up()
+    gc.collect()
     gc.freeze()  # keeps loaded pages shared: the collector would touch, and so copy, them all
     with os.fdopen(reading_end), os.fdopen(writing_end), contextlib.ExitStack() as stack:
         host = _Host(told, reading_end, writing_end)

@@ -8,6 +8,8 @@ Rule 3: time in which the process did not run does not count as silence of the w
         The process says with every order how late it runs, so that the world can slow down.
 Rule 4: a robot injects a fault at a point of its step into itself. That happens after the core has decided,
         when the planned step is recorded and nothing else has been executed.
+Rule 5: it watches the tokens that its core wants, and always two: of the world and of the robot beside it in
+        number. If it sees none, its session is deaf (`protocol.network.deafness`).
 """
 
 import os
@@ -25,6 +27,7 @@ from agents.events import (
     OdometryHeard,
     ScanHeard,
     TokenCame,
+    TokensWatched,
     TokenWent,
     ViewHeard,
 )
@@ -44,7 +47,7 @@ from protocol.network.faulty_transport import Conditions, FaultyTransport
 from protocol.network.lateness import Lateness
 from protocol.network.outbox import Outbox
 from protocol.network.session import Session
-from protocol.network.transport import Appeared, Arrival, Heard, Refused, Transport, Vanished
+from protocol.network.transport import Appeared, Arrival, Heard, Listed, Refused, Transport, Vanished
 from protocol.network.zenoh_transport import open_transport
 from protocol.timeline import MessageRefused, Record, RobotFailed, RobotSettled, RobotStarted, TrafficCounted
 from protocol.wire.messages import (
@@ -60,6 +63,7 @@ from protocol.wire.messages import (
 from protocol.wire.view import Answer, Formation, Plea, Report
 
 TURN_S = 0.1  # wall: the period of the outbox when nothing arrives
+TURN_S_PER_ROBOT = 0.001  # a thousand robots that wait cost as much as a hundred
 MISSION_RETRY_S = 0.3  # wall
 MISSION_PATIENCE_S = 60.0  # wall: no robot gives up before the world does that starts beside it
 WORLD_SILENCE_S = 60.0  # wall: docs/run.md; longer than any partition that a fleet must survive
@@ -89,7 +93,7 @@ async def run(
     life_number = secrets.randbits(LIFE_BITS) | 1  # never 0, which is of no robot
     alive = keys.alive(name, incarnation)
     victim = Victim(robot, sessions, conditions, again=again)
-    hear, watch = heard(keys, name), keys.alive("*", "*")
+    hear, watch = heard(keys, name), tokens_of(keys, frozenset({beside(robot)}))
     with open_transport(session, hear=hear, answer=[], alive=alive, watch=watch) as transport:
         shell = Shell(robot, session, transport, incarnation, conditions=conditions, victim=victim)
         mission = await shell.mission()
@@ -126,7 +130,7 @@ class Shell:
         conditions: Conditions,
         victim: Victim,
     ) -> None:
-        self._name = robot_name(robot)
+        self._robot, self._name = robot, robot_name(robot)
         self._keys = session.keys
         self._transport = FaultyTransport(transport, conditions, self._keys, self._name, self._note)
         self._victim = victim
@@ -138,7 +142,10 @@ class Shell:
         self._world_silent_s = 0.0
         self._patience_s = WORLD_SILENCE_S
         self._lateness = Lateness()
+        self._turn_s = max(TURN_S, TURN_S_PER_ROBOT * session.robots)
         self._kept: list[Arrival] = []  # arrived, and not handled by the robot yet
+        self._watched: frozenset[int] | None = None
+        """Whose tokens are watched; None: those of all robots."""
 
     async def mission(self) -> Mission | None:
         """Ask the world until it answers; None if it does not."""
@@ -174,19 +181,30 @@ class Shell:
 
     async def run(self, robot: Robot, journal: Journal) -> ExitCode:
         """Give events to the robot and execute its commands, until the world closes the run."""
+        self._watch(robot.watches)
+        none = _listed(self._keys, frozenset({beside(self._robot)}))
+        await self._obey(none.event, await self._decided(robot, none, journal))
         while self._phase is Phase.RUNNING:
             self._flush()
-            self._lateness.turn(time.monotonic(), time.thread_time(), asked_s=TURN_S)
-            arrivals = [*self._kept, *await self._transport.arrivals(TURN_S)]
+            self._lateness.turn(time.monotonic(), time.thread_time(), asked_s=self._turn_s)
+            arrivals = [*self._kept, *await self._transport.arrivals(self._turn_s)]
             self._kept = []
             self._hear_world(arrivals)
             if self._phase is Phase.RUNNING:
-                for given in _events(self._keys, self._name, arrivals, self._now_s):
+                for given in self._events(arrivals):
                     await self._obey(given.event, await self._decided(robot, given, journal))
+                self._watch(robot.watches)
             if self._world_is_silent():
                 return ExitCode.FAILED
         journal.end("the run is over")
         return await self._close()
+
+    def _watch(self, wanted: frozenset[int] | None) -> None:
+        """Rule 5."""
+        robots = None if wanted is None else wanted | {beside(self._robot)}
+        if robots != self._watched:
+            self._watched = robots
+            self._transport.watch(tokens_of(self._keys, robots))
 
     async def _decided(self, robot: Robot, given: Given, journal: Journal) -> list[Command]:
         """The robot's commands for an event. If the core fails, that is recorded before the process ends."""
@@ -217,7 +235,7 @@ class Shell:
         until_s = time.monotonic() + FAULT_PATIENCE_S
         while len(self._outbox) and time.monotonic() < until_s:
             self._flush()
-            arrivals = await self._transport.arrivals(TURN_S)
+            arrivals = await self._transport.arrivals(self._turn_s)
             self._hear_world(arrivals)
             self._kept += [arrival for arrival in arrivals if not isinstance(arrival, Refused)]
         self._victim.inject(fault)
@@ -254,7 +272,7 @@ class Shell:
 
     async def _turn(self) -> None:
         self._flush()
-        self._hear_world(await self._transport.arrivals(TURN_S))
+        self._hear_world(await self._transport.arrivals(self._turn_s))
 
     def _hear_world(self, arrivals: Sequence[Arrival]) -> None:
         for arrival in arrivals:
@@ -269,6 +287,29 @@ class Shell:
                     self._note(MessageRefused(key=self._keys.behind_root(key), reason=reason))
                 case _:
                     pass  # for the robot, or for no one: a robot answers no queries
+
+    def _events(self, arrivals: Sequence[Arrival]) -> list[Given]:
+        """The robot's events among the arrivals, in order, with only the newest odometry (rule 1)."""
+        keys, name, now_s = self._keys, self._name, self._now_s
+        events: list[Given] = []
+        for arrival in arrivals:
+            match arrival:
+                case Heard(key, number):
+                    path = keys.behind_root(key)
+                    if (event := _event(path.split("/"), name, arrival, now_s)) is not None:
+                        events.append(Given(event, path, number))
+                case Appeared(key) | Vanished(key):
+                    source = keys.part(key, 1)
+                    robot = WORLD_NUMBER if source == WORLD else robot_number(source)
+                    came_or_went = TokenCame if isinstance(arrival, Appeared) else TokenWent
+                    if robot is not None and source != name:
+                        token = came_or_went(robot, keys.part(key, 2))
+                        events.append(Given(token, keys.behind_root(key), 0))
+                case Listed():
+                    events.append(_listed(keys, self._watched))
+                case _:
+                    pass  # a robot answers no queries; refused messages have been recorded
+        return events
 
     def _world_is_silent(self) -> bool:
         """Whether the world has been silent for too long (rule 3)."""
@@ -307,26 +348,22 @@ class Shell:
         return {self._keys.behind_root(key): count for key, count in counts.items() if key not in apart}
 
 
-def _events(keys: Keys, name: str, arrivals: Sequence[Arrival], now_s: float) -> list[Given]:
-    """The robot's events among the arrivals, in order, with only the newest odometry (rule 1)."""
-    events: list[tuple[Event | None, Heard | Appeared | Vanished]] = []
-    for arrival in arrivals:
-        match arrival:
-            case Heard(key):
-                events.append((_event(keys.behind_root(key).split("/"), name, arrival, now_s), arrival))
-            case Appeared(key) | Vanished(key):
-                source = keys.part(key, 1)
-                robot = WORLD_NUMBER if source == WORLD else robot_number(source)
-                event = TokenCame if isinstance(arrival, Appeared) else TokenWent
-                if robot is not None and source != name:
-                    events.append((event(robot, keys.part(key, 2)), arrival))
-            case _:
-                pass  # a robot answers no queries; refused messages have been recorded
-    return [
-        Given(event, keys.behind_root(arrival.key), arrival.number if isinstance(arrival, Heard) else 0)
-        for event, arrival in events
-        if event is not None
-    ]
+def beside(robot: int) -> int:
+    """The robot whose token another always watches (rule 5)."""
+    return robot - 1 if robot > 1 else robot + 1
+
+
+def tokens_of(keys: Keys, robots: frozenset[int] | None) -> list[str]:
+    """The patterns of the tokens of these robots and the world; None: of all."""
+    if robots is None:
+        return [keys.tokens_of("*")]
+    return [keys.tokens_of(WORLD), *(keys.tokens_of(robot_name(each)) for each in sorted(robots))]
+
+
+def _listed(keys: Keys, robots: frozenset[int] | None) -> Given:
+    """The tokens that are watched have come."""
+    watched = TokensWatched(None if robots is None else tuple(sorted(robots)))
+    return Given(watched, keys.behind_root(keys.tokens_of("*")), 0)
 
 
 def _event(key: Sequence[str], name: str, heard: Heard, now_s: float) -> Event | None:

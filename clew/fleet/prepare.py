@@ -89,7 +89,7 @@ async def probe(session: Session) -> None:
     """
     from protocol.network.zenoh_transport import open_transport  # noqa: PLC0415 - few runs need Zenoh here
 
-    with open_transport(session, hear=(), answer=(), alive=None, watch=None):
+    with open_transport(session, hear=(), answer=(), alive=None, watch=()):
         pass
 
 

@@ -9,6 +9,10 @@ Rule 2: a pause of this process counts as `LOOK_S_MAX` at most: what has arrived
 Rule 3: the time doubles, up to `DEAF_S_MAX`, until a token is seen.
 """
 
+from collections.abc import Collection
+
+from protocol.keys import matches
+
 DEAF_S = 0.6  # wall: less than the silence after which the world takes robots for dead (world/attendance.py)
 DEAF_S_MAX = 10.0  # wall
 LOOK_S_MAX = 0.2  # wall: a process looks at least every 0.1 s
@@ -40,6 +44,10 @@ class Deafness:
         if key != self._own:
             self._has_seen_others = True
             self._alone_s, self._limit_s = 0.0, DEAF_S
+
+    def forget_others(self, patterns: Collection[str]) -> None:
+        """From now on only tokens on these patterns are watched."""
+        self._shown = {key for key in self._shown if any(matches(each, key) for each in patterns)}
 
     def look(self, now_s: float, *, connected: bool) -> bool:
         """Call it often while it is alone; returns whether the session is to be opened anew now."""

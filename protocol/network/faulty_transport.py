@@ -12,7 +12,7 @@ Rule 6: rules are active by the newest odometry time that has arrived, even in a
 
 import heapq
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
 
@@ -21,9 +21,9 @@ from protocol.faults.damage import Damage
 from protocol.faults.message_faults import Effect, MessageFaults
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.rules import Rule
-from protocol.keys import Keys
+from protocol.keys import Keys, matches
 from protocol.network.traffic import Traffic
-from protocol.network.transport import Appeared, Arrival, Asked, Heard, Refused, Transport, Vanished
+from protocol.network.transport import Appeared, Arrival, Asked, Heard, Listed, Refused, Transport, Vanished
 from protocol.timeline import FaultInjected
 from protocol.wire.codec import decode, encode
 from protocol.wire.messages import Faults, Message, Odometry
@@ -83,6 +83,12 @@ class FaultyTransport:
         """Query the key; the reply arrives as `Heard`, or is lost: then ask again."""
         self._inner.ask(key, message)
 
+    def watch(self, patterns: Collection[str]) -> None:
+        """Watch the tokens on these patterns from now on, and no others; `Listed` follows."""
+        for key in [key for key in self._tokens if not any(matches(each, key) for each in patterns)]:
+            del self._tokens[key]
+        self._inner.watch(patterns)
+
     def timestamp(self) -> str:
         """A new hybrid-logical-clock time stamp of this process."""
         return self._inner.timestamp()
@@ -112,8 +118,9 @@ class FaultyTransport:
             wait_s = None if next_s == inf else max(0.0, next_s - time.monotonic())
             raw = await self._inner.arrivals(wait_s)
             _take_time(self.faults.slow_s / self._conditions.speed)
-            affected = [each for arrival in raw for each in self._affect(arrival)]
-            affected += [*self._released(), *self._look_at_tokens()]
+            listed = [arrival for arrival in raw if isinstance(arrival, Listed)]
+            affected = [each for arrival in raw if arrival not in listed for each in self._affect(arrival)]
+            affected += [*self._released(), *self._look_at_tokens(), *listed]
             if affected or time.monotonic() >= until_s:
                 return affected
 
@@ -136,7 +143,7 @@ class FaultyTransport:
                 effect = self._effect(key, message, 0)
                 # A query is answered once, even if a fault duplicates it.
                 yield from self._apply(arrival, message, Effect(effect.copies[:1], effect.injections))
-            case Refused():
+            case Refused() | Listed():
                 yield arrival
 
     def _effect(self, key: str, message: Message, number: int) -> Effect:

@@ -41,6 +41,8 @@ class Session(Struct, frozen=True, kw_only=True):
     fleet: Chunk
     run: Chunk
     name: Chunk
+    robots: Annotated[int, Meta(ge=1, le=ROBOTS_MAX)] = 1
+    """The size of its fleet."""
     endpoints: Annotated[tuple[Endpoint, ...], Meta(min_length=1)]
     """The endpoints of all routers; any of them can be used."""
     user: str | None = None
@@ -120,6 +122,7 @@ def write_sessions(
                 fleet=fleet,
                 run=run,
                 name=name,
+                robots=robots,
                 endpoints=tuple(endpoints),
                 user=user,
                 password=secret_of.get(name),

@@ -13,6 +13,9 @@ from protocol.network.session import USERS_FILE, RouterSession, Session
 from protocol.wire.codec import SIZE_MAX_BYTES
 
 LEASE_MS = 1000  # 200 ms gave false deaths on a loaded machine; 500 ms and more gave none
+# Processes of a large fleet wait longer for their turn on a core. A process that ends is noticed at once, at
+# its socket; the lease is for one that is frozen or cut off, and silence tells that as well.
+LEASE_MS_PER_ROBOT = 10
 # A link that is given up at the moment in which it is accepted stays half open (`deafness.py`). So this is
 # longer than the longest pause of a process on a busy machine (`LATE_S_MAX`). With the default of 10 s, a
 # frozen router would keep us that long from the second one.
@@ -20,15 +23,28 @@ OPEN_TIMEOUT_MS = 3000
 CONNECT_TIMEOUT_MS = 5000  # a router that was started before us listens within 1 s
 REOPEN_TIMEOUT_MS = 1000  # it blocks the event loop, and a process that is asked to end has 2 s
 ASK_TIMEOUT_MS = 1000
+# When a strand forms, all robots ask for a scan at once, and the world takes 4 ms for each. An answer that
+# comes too late is asked for again: with too short a time, a large fleet would ask for ever.
+ASK_TIMEOUT_MS_PER_ROBOT = 20
 QUEUE_BATCHES = 16  # Zenoh's maximum, allocated on demand; DROP drops what finds no room within 1 ms
 # Short periods: all robots should reconnect at about the same time, and a retry is cheap.
 RETRY = {"period_init_ms": 100, "period_max_ms": 200, "period_increase_factor": 1.5}
 SESSIONS_MAX = ROBOTS_MAX + 500  # with room for restarted processes
 
 
+def lease_ms(robots: int) -> int:
+    """For how long a link may be silent in a fleet of so many robots."""
+    return max(LEASE_MS, LEASE_MS_PER_ROBOT * robots)
+
+
+def ask_timeout_ms(robots: int) -> int:
+    """For how long an answer is waited for in a fleet of so many robots."""
+    return max(ASK_TIMEOUT_MS, ASK_TIMEOUT_MS_PER_ROBOT * robots)
+
+
 def client_settings(session: Session, connect_timeout_ms: int = CONNECT_TIMEOUT_MS) -> Json:
     """For a robot or the world: one link to a router; once established, it is retried for ever."""
-    settings = _common() | {
+    settings = _common(session.robots) | {
         "mode": "client",
         "connect": {
             "endpoints": list(session.endpoints),
@@ -36,7 +52,7 @@ def client_settings(session: Session, connect_timeout_ms: int = CONNECT_TIMEOUT_
             "retry": RETRY,
         },
         "listen": {"endpoints": []},
-        "queries_default_timeout": ASK_TIMEOUT_MS,
+        "queries_default_timeout": ask_timeout_ms(session.robots),
     }
     if session.password is not None:
         settings["transport"]["auth"] = {"usrpwd": {"user": session.user, "password": session.password}}
@@ -50,7 +66,7 @@ def router_settings(session: RouterSession, folder: Path, number: int = 1) -> Js
     if between is not None:
         access = with_other_router(access, session.keys, asks=asks)
     listens_for = [] if asks or between is None else [between]
-    settings = _common() | {
+    settings = _common(session.robots) | {
         "mode": "router",
         "listen": {"endpoints": [session.endpoints[number - 1], *listens_for], "exit_on_failure": True},
         "connect": {
@@ -67,7 +83,7 @@ def router_settings(session: RouterSession, folder: Path, number: int = 1) -> Js
     return settings
 
 
-def _common() -> Json:
+def _common(robots: int) -> Json:
     return {
         "scouting": {"delay": 0, "multicast": {"enabled": False}, "gossip": {"enabled": False}},
         "timestamping": {"enabled": True, "drop_future_timestamp": True},
@@ -76,7 +92,7 @@ def _common() -> Json:
             "unicast": {"open_timeout": OPEN_TIMEOUT_MS, "accept_timeout": OPEN_TIMEOUT_MS, "max_links": 1},
             "link": {
                 "tx": {
-                    "lease": LEASE_MS,
+                    "lease": lease_ms(robots),
                     "keep_alive": 4,
                     "queue": {"size": {"data": QUEUE_BATCHES}},
                 },

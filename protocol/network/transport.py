@@ -6,7 +6,7 @@ Rule 2: nothing here waits for the network: `put` and `ask` return at once and m
 Rule 3: a message that cannot be decoded becomes `Refused`; it never raises in the receiver.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -34,7 +34,7 @@ class Asked:
 
 @dataclass(frozen=True, slots=True)
 class Appeared:
-    """A liveliness token has appeared."""
+    """A liveliness token has appeared. It may be told twice."""
 
     key: str
 
@@ -54,7 +54,15 @@ class Refused:
     reason: str
 
 
-Arrival = Heard | Asked | Appeared | Vanished | Refused
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """All tokens on the patterns that are watched, and that were shown, have appeared."""
+
+    key: str = ""
+    """It has none."""
+
+
+Arrival = Heard | Asked | Appeared | Vanished | Refused | Listed
 
 
 class Transport(Protocol):
@@ -76,6 +84,9 @@ class Transport(Protocol):
 
     async def arrivals(self, timeout_s: float | None) -> Sequence[Arrival]:
         """Wait for arrivals and return all of them; empty after the timeout."""
+
+    def watch(self, patterns: Collection[str]) -> None:
+        """Watch the tokens on these patterns from now on, and no others; `Listed` follows."""
 
     def timestamp(self) -> str:
         """A new hybrid-logical-clock time stamp of this process."""

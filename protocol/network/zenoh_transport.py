@@ -12,32 +12,40 @@ Rule 5: some bytes, which no router should send, make Zenoh panic. Then its lock
         receives nothing tests its session, since it may send nothing either, and its token would stay.
 Rule 6: a session that is connected and deaf (`deafness.py`) is closed, and another takes its place in this
         process: with the same subscriptions, the same token, and message numbers that go on.
+Rule 7: which tokens are watched can change. A query behind each new subscription tells the tokens that are
+        there, and its end that these are all. So a token may be told twice. One that is not watched any more
+        is not told.
+Rule 8: a key on which more than a few messages were sent is declared. Otherwise the router looks for the
+        receivers of each message among the keys of all robots.
 """
 
 import asyncio
 import contextlib
 import json
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import zenoh
 from zenoh.handlers import Callback
 
 from protocol.errors import MessageRefusedError, SessionLostError, UsageError
+from protocol.keys import matches
 from protocol.network.bounded import INBOX_BYTES_MAX, INBOX_CAPACITY
 from protocol.network.deafness import Deafness
 from protocol.network.inbox import Inbox
 from protocol.network.session import Session
-from protocol.network.settings import ASK_TIMEOUT_MS, CONNECT_TIMEOUT_MS, REOPEN_TIMEOUT_MS, client_settings
+from protocol.network.settings import CONNECT_TIMEOUT_MS, REOPEN_TIMEOUT_MS, ask_timeout_ms, client_settings
 from protocol.network.traffic import Traffic
-from protocol.network.transport import Appeared, Arrival, Asked, Heard, Refused, Vanished
+from protocol.network.transport import Appeared, Arrival, Asked, Heard, Listed, Refused, Vanished
 from protocol.wire.codec import decode, encode
 from protocol.wire.messages import Message
 
 log = logging.getLogger("network")
 
 KEY_LENGTH_MAX = 200  # our keys have less than 160 characters; the timeline accepts up to 200
+DECLARED_FROM, DECLARED_MAX = 3, 4096  # rule 8
+LIST_TIMEOUT_S = 10.0  # for a router with much to do: some thousand tokens are told in a second
 PULSE_S = 0.2  # wall: 1/5 of the silence after which a robot without a token is dead
 
 
@@ -55,7 +63,15 @@ class _Token:
     sample: zenoh.Sample
 
 
-_Raw = zenoh.Sample | zenoh.Query | _Answer | _Token
+@dataclass(frozen=True, slots=True)
+class _Listed:
+    """All tokens on a pattern have been told."""
+
+    pattern: str | None
+    """None: there may be nothing to wait for."""
+
+
+_Raw = zenoh.Sample | zenoh.Query | _Answer | _Token | _Listed
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,18 +82,22 @@ class _Declared:
     hear: Sequence[str]
     answer: Sequence[str]
     alive: str | None
-    watch: str | None
 
 
 class ZenohTransport:
     """One process's session. Made by `open_transport`."""
 
-    def __init__(self, declared: _Declared) -> None:
+    def __init__(self, declared: _Declared, watch: Collection[str]) -> None:
         self._declared = declared
+        self._watches: dict[str, zenoh.Subscriber[None] | None] = dict.fromkeys(watch)
+        """The subscribers by their patterns; None before it is declared."""
+        self._unlisted: set[str] = set()
         self._opened = contextlib.ExitStack()
         """Ends the token, then the session."""
         self._session = self._opened.enter_context(_connected(declared.session, CONNECT_TIMEOUT_MS))
+        self._ask_timeout_s = ask_timeout_ms(declared.session.robots) / 1000.0
         self._deafness = Deafness(declared.alive)
+        self._known_keys: dict[str, zenoh.KeyExpr] = {}
         self._pulse_key, self._pulse_at_s = declared.session.keys.pulse(declared.session.name), 0.0
         self._traffic = Traffic()
         self._arrived = asyncio.Event()
@@ -104,11 +124,19 @@ class ZenohTransport:
     def _send(self, key: str, payload: bytes) -> None:
         with contextlib.suppress(zenoh.ZError):  # the session is closed: the message is lost, like any other
             self._session.put(
-                key,
+                self._known_keys.get(key) or self._know(key),
                 payload,
                 congestion_control=zenoh.CongestionControl.DROP,
                 allowed_destination=zenoh.Locality.REMOTE,
             )
+
+    def _know(self, key: str) -> str | zenoh.KeyExpr:
+        """Rule 8."""
+        if self._traffic.sent.get(key, 0) < DECLARED_FROM or len(self._known_keys) >= DECLARED_MAX:
+            return key
+        known: zenoh.KeyExpr = self._session.declare_keyexpr(key)
+        self._known_keys[key] = known
+        return known
 
     def ask(self, key: str, message: Message) -> None:
         """Query the key; the reply arrives as `Heard`, or is lost: then ask again."""
@@ -117,7 +145,7 @@ class ZenohTransport:
                 key,
                 Callback(self._take_reply, indirect=False),
                 payload=encode(message, 0, key),
-                timeout=ASK_TIMEOUT_MS / 1000,
+                timeout=self._ask_timeout_s,
                 congestion_control=zenoh.CongestionControl.DROP,
                 allowed_destination=zenoh.Locality.REMOTE,
             )
@@ -134,7 +162,7 @@ class ZenohTransport:
         now_s = asyncio.get_running_loop().time()
         if not raw:
             self._test_session(now_s)
-        arrivals = [self._arrival(each) for each in raw]
+        arrivals = [arrival for each in raw for arrival in self._arrived_as(each)]
         if self._deafness.is_alone and self._deafness.look(now_s, connected=self.router is not None):
             arrivals += self._reopen()
         return arrivals
@@ -146,11 +174,37 @@ class ZenohTransport:
             self._session.declare_subscriber(key, callback, allowed_origin=zenoh.Locality.REMOTE)
         for key in self._declared.answer:
             self._session.declare_queryable(key, callback, allowed_origin=zenoh.Locality.REMOTE)
-        liveliness = self._session.liveliness()
-        if (watch := self._declared.watch) is not None:
-            liveliness.declare_subscriber(watch, Callback(self.take_token, indirect=False), history=True)
+        for pattern in list(self._watches):
+            self._watch(pattern)
+        for pattern in list(self._unlisted):
+            self._list(pattern)
         if (alive := self._declared.alive) is not None:
-            self._opened.enter_context(liveliness.declare_token(alive))
+            self._opened.enter_context(self._session.liveliness().declare_token(alive))
+
+    def watch(self, patterns: Collection[str]) -> None:
+        """Watch the tokens on these patterns from now on, and no others; `Listed` follows."""
+        with contextlib.suppress(zenoh.ZError):
+            for pattern in [each for each in patterns if each not in self._watches]:
+                self._watch(pattern)
+                self._list(pattern)
+            for pattern in [each for each in self._watches if each not in patterns]:
+                if (subscriber := self._watches.pop(pattern)) is not None:
+                    subscriber.undeclare()  # type: ignore[no-untyped-call]  # Zenoh gives it no type
+        self._deafness.forget_others(patterns)
+        self._unlisted &= self._watches.keys()
+        self._inbox.append(_Listed(None), 0)
+
+    def _watch(self, pattern: str) -> None:
+        callback = Callback(self.take_token, indirect=False)
+        self._watches[pattern] = self._session.liveliness().declare_subscriber(
+            pattern, callback, history=True
+        )
+
+    def _list(self, pattern: str) -> None:
+        """Rule 7."""
+        self._unlisted.add(pattern)
+        end = Callback(self._take_listed, lambda: self._inbox.append(_Listed(pattern), 0), indirect=False)
+        self._session.liveliness().get(pattern, end, timeout=LIST_TIMEOUT_S)
 
     def close(self) -> None:
         """Close the session (rule 2)."""
@@ -164,6 +218,7 @@ class ZenohTransport:
             return []  # there is no router, or it has no time for us: try again later
         self.close()
         self._session = self._opened.enter_context(fresh)
+        self._known_keys.clear()
         self.declare()
         log.warning("%s was connected and deaf: its session is a new one", self._declared.session.name)
         return [Vanished(key) for key in self._deafness.forget()]
@@ -186,11 +241,28 @@ class ZenohTransport:
         """Called in Zenoh's thread: a liveliness token has appeared or vanished."""
         self._inbox.append(_Token(sample), _size_bytes(sample))
 
+    def _take_listed(self, reply: zenoh.Reply) -> None:
+        if reply.ok is not None:
+            self.take_token(reply.ok)
+
     def _take_reply(self, reply: zenoh.Reply) -> None:
         if reply.ok is not None:  # an error means a timeout: there is no reply
             self._inbox.append(_Answer(reply.ok), _size_bytes(reply.ok))
 
-    def _arrival(self, raw: _Raw) -> Arrival:
+    def _arrived_as(self, raw: _Raw) -> Iterator[Arrival]:
+        if not isinstance(raw, _Listed):
+            if not isinstance(raw, _Token) or self._is_watched(str(raw.sample.key_expr)):
+                yield self._arrival(raw)
+            return
+        waited = raw.pattern is None or raw.pattern in self._unlisted
+        self._unlisted -= {raw.pattern}
+        if waited and not self._unlisted:
+            yield Listed()
+
+    def _is_watched(self, token: str) -> bool:
+        return any(matches(pattern, token) for pattern in self._watches)
+
+    def _arrival(self, raw: zenoh.Sample | zenoh.Query | _Answer | _Token) -> Arrival:
         sample = raw.sample if isinstance(raw, _Answer | _Token) else raw
         key = str(sample.key_expr)
         try:
@@ -217,7 +289,7 @@ class ZenohTransport:
 
 @contextlib.contextmanager
 def open_transport(
-    session: Session, *, hear: Sequence[str], answer: Sequence[str], alive: str | None, watch: str | None
+    session: Session, *, hear: Sequence[str], answer: Sequence[str], alive: str | None, watch: Collection[str]
 ) -> Iterator[ZenohTransport]:
     """A transport that subscribes to `hear`, answers queries on `answer`, and watches tokens on `watch`.
 
@@ -229,7 +301,7 @@ def open_transport(
         SessionLostError: Zenoh has panicked, here or in one of its own threads before.
     """
     with _panic_is_loss():
-        transport = ZenohTransport(_Declared(session, hear, answer, alive, watch))
+        transport = ZenohTransport(_Declared(session, hear, answer, alive), watch)
         with contextlib.closing(transport):
             transport.declare()
             yield transport

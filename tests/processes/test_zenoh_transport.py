@@ -11,7 +11,7 @@ import pytest
 from protocol.errors import UsageError
 from protocol.fence import Fence
 from protocol.network import zenoh_transport
-from protocol.network.transport import Appeared, Arrival, Asked, Heard, Vanished
+from protocol.network.transport import Appeared, Arrival, Asked, Heard, Listed, Vanished
 from protocol.network.zenoh_transport import ZenohTransport
 from protocol.wire.messages import Ask, Scan
 from tests.support.deadline import DEADLINE_S
@@ -223,3 +223,26 @@ async def test_time_stamps_of_a_process_increase_strictly(folder: Path) -> None:
         stamps = [robot.timestamp().split("/") for _ in range(BURST)]
     assert [int(ticks) for ticks, _ in stamps] == sorted({int(ticks) for ticks, _ in stamps})
     assert len({source for _, source in stamps}) == 1
+
+
+async def test_what_is_watched_can_change_and_the_tokens_that_are_shown_are_listed(folder: Path) -> None:
+    async with fleet(folder, "r1", "r2", "r3") as (_, first, *_others):
+        first.watch([KEYS.tokens_of("r2")])
+        arrived = await arrivals_until(first, lambda arrived: Listed() in arrived)
+        assert set(arrived) == {Appeared(KEYS.alive("r2", "1")), Listed()}  # it may be told twice
+        assert arrived.index(Listed()) > 0, "behind the tokens"
+        first.watch([KEYS.tokens_of("*")])
+        arrived = await arrivals_until(first, lambda arrived: Listed() in arrived)
+        assert {each.key for each in arrived} >= {KEYS.alive(f"r{robot}", "1") for robot in (1, 2, 3)}
+        first.watch([KEYS.tokens_of("r9")])
+        arrived = await arrivals_until(first, lambda arrived: Listed() in arrived)
+        assert arrived == [Listed()], "nothing is shown there, and nothing else is watched"
+
+
+async def test_messages_on_a_key_that_was_declared_arrive_as_before(folder: Path) -> None:
+    async with fleet(folder, "r1") as (world, robot):
+        count = 2 * zenoh_transport.DECLARED_FROM
+        for n in range(1, count + 1):
+            robot.put(KEYS.drive("r1"), drive(n))
+        arrived = await next_arrivals(world, count)
+        assert arrived == [Heard(KEYS.drive("r1"), n, drive(n)) for n in range(1, count + 1)]

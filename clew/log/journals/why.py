@@ -18,7 +18,16 @@ from functools import cache
 from itertools import count as counted
 
 from agents.commands import AskScan, Command, Note, Order, Put, Say, Tell
-from agents.events import LinkHeard, OdometryHeard, ScanHeard, TokenCame, TokensSeen, TokenWent, ViewHeard
+from agents.events import (
+    LinkHeard,
+    OdometryHeard,
+    ScanHeard,
+    TokenCame,
+    TokensSeen,
+    TokensWatched,
+    TokenWent,
+    ViewHeard,
+)
 from clew.log.journals.contents import content, does, tag_of
 from clew.log.journals.effects import Effects
 from clew.log.journals.entries import noted
@@ -176,6 +185,9 @@ class Why:
                     "token",
                     f"the tokens of {', '.join(_process(robot) for robot, _ in shown)} were there",
                 )
+            case TokensWatched(robots):
+                whose = "all" if robots is None else ", ".join(map(_process, robots)) or "no robot"
+                what, said = "token", f"from then on it watched the tokens of {whose}"
         if cause.mattered:
             said += f" [{', '.join(cause.mattered)}]"
         return Link(heard.now_s, process.name, what, said, cause.turn + 1, heard.key, heard.number)

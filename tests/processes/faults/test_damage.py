@@ -175,7 +175,7 @@ async def test_sessions_whose_new_links_are_deaf_are_opened_anew_and_hear_each_o
     with (
         damaged_wire(seed=1) as (folder, between),
         world_transport(folder, alive=KEYS.alive(WORLD, TOKEN)) as world,
-        robot_transport(folder, "r1", watch=KEYS.alive("*", "*")) as robot,
+        robot_transport(folder, "r1", watch=[KEYS.tokens_of("*")]) as robot,
     ):
         both, numbers = (world, robot), count(1)
 

@@ -53,7 +53,7 @@ async def measure(entries: int) -> LongRun:
         for robot in ORDER:  # only their tokens: a world without robots would end by itself
             alive = KEYS.alive(robot_name(robot), "1")
             session = read_session(private / f"{robot_name(robot)}.json")
-            tokens.enter_context(open_transport(session, hear=[], answer=[], alive=alive, watch=None))
+            tokens.enter_context(open_transport(session, hear=[], answer=[], alive=alive, watch=()))
         begun_s = time.monotonic()
         world = stack.enter_context(
             python("-m", "world", str(run), "--session", str(private / "world.json"), "--resume")

@@ -69,13 +69,13 @@ def world_transport(folder: Path, *, alive: str | None = None) -> Iterator[Zenoh
         hear=[KEYS.drive("*"), KEYS.fence("*"), KEYS.log("*")],
         answer=[KEYS.scan("*"), KEYS.mission()],
         alive=alive,
-        watch=KEYS.alive("*", "*"),
+        watch=[KEYS.tokens_of("*")],
     ) as transport:
         yield transport
 
 
 @contextlib.contextmanager
-def robot_transport(folder: Path, name: str, *, watch: str | None = None) -> Iterator[ZenohTransport]:
+def robot_transport(folder: Path, name: str, *, watch: Sequence[str] = ()) -> Iterator[ZenohTransport]:
     """A transport with a robot's subscriptions and its token; by default it watches no tokens."""
     session = read_session(folder / f"{name}.json")
     hear = [KEYS.link("*", name), KEYS.odometry(name), KEYS.view("*", name), KEYS.logged(name)]

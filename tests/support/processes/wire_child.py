@@ -17,7 +17,7 @@ async def main(path: Path, *, breaks: bool) -> None:
         hear=[keys.link("*", session.name)],
         answer=[],
         alive=keys.alive(session.name, "child"),
-        watch=None,
+        watch=(),
     ) as transport:
         print("alive", flush=True)  # noqa: T201 - what the test waits for
         if breaks:

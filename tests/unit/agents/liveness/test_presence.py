@@ -141,3 +141,28 @@ def test_a_first_look_tells_the_same_as_all_tokens_one_by_one() -> None:
     at_once.see({1: "d"}, 2.0)
     one_by_one.come(1, "d", 2.0)
     assert vars(at_once) == vars(one_by_one)
+
+
+def test_what_was_known_of_robots_that_are_no_longer_watched_is_void() -> None:
+    presence = connected(1, 2)
+    presence.watch([2], 5.0)
+    assert (presence.robots, presence.sees_all, presence.connected) == ({2}, False, True)
+    assert not presence.is_lost(1, 1.0, 99.0), "nothing is known of it"
+
+
+def test_a_robot_that_is_watched_and_shows_no_token_has_gone_by_then() -> None:
+    presence = connected()
+    presence.watch([3], 5.0)
+    assert [presence.is_lost(3, 4.0, now_s) for now_s in (5.0, 5.0 + GRACE_S)] == [False, True]
+    presence.come(3, "a", 5.0 + GRACE_S)
+    assert not presence.is_lost(3, 4.0, 99.0)
+
+
+def test_where_all_are_watched_one_that_shows_no_token_has_gone_by_then() -> None:
+    presence = connected()
+    presence.watch([], 1.0)
+    presence.come(1, "a", 2.0)
+    presence.watch(None, 5.0)
+    assert (presence.robots, presence.sees_all) == ({1}, True)
+    lost = [presence.is_lost(2, 4.0, now_s) for now_s in (5.0, 5.0 + GRACE_S)]
+    assert (lost, presence.is_lost(1, 4.0, 99.0)) == ([False, True], False)

@@ -74,3 +74,13 @@ def test_a_new_session_has_seen_no_token_yet() -> None:
     assert deafness.forget() == [OWN, THIRD]
     assert deafness.forget() == []
     assert deafness.is_alone, "the new one is deaf, too, if it sees nobody"
+
+
+def test_tokens_that_are_no_longer_watched_do_not_count() -> None:
+    deafness = Deafness("alive/r1/a")
+    for key in ("alive/r2/a", "alive/r3/a"):
+        deafness.see(key, shown=True)
+    deafness.forget_others(["alive/r3/*"])
+    assert not deafness.is_alone
+    deafness.see("alive/r3/a", shown=False)
+    assert deafness.is_alone

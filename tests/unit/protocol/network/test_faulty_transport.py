@@ -1,13 +1,13 @@
 """The transport with fault injection, over one with arrivals from the test."""
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Corrupt, Delay, Drop, Duplicate, Partition, Rule
 from protocol.network.faulty_transport import Conditions, FaultyTransport
 from protocol.network.traffic import Traffic
-from protocol.network.transport import Appeared, Arrival, Asked, Heard, Refused, Vanished
+from protocol.network.transport import Appeared, Arrival, Asked, Heard, Listed, Refused, Vanished
 from protocol.timeline import FaultInjected
 from protocol.wire.messages import Ask, Faults, Message
 from tests.support.deadline import DEADLINE_S
@@ -35,6 +35,10 @@ class Inner:
 
     def timestamp(self) -> str:
         return ""
+
+    def watch(self, patterns: Collection[str]) -> None:
+        self.watched = list(patterns)
+        self.bursts.insert(0, [Listed()])
 
     async def arrivals(self, timeout_s: float | None) -> Sequence[Arrival]:
         if not self.bursts:
@@ -162,3 +166,20 @@ async def test_rules_sent_by_the_world_are_active_from_then_on_and_affect_no_fau
     transport, noted = stage(name="r1", bursts=[[each] for each in said])
     assert await all_arrivals(transport) == [reports[2]]
     assert [(each.rule, each.number) for each in noted] == [("given-1", 1), ("given-1", 2)]
+
+
+async def test_tokens_that_are_no_longer_watched_are_forgotten() -> None:
+    token, other = KEYS.alive("r2", "a"), KEYS.alive("r3", "a")
+    transport, _ = stage(name="r1", bursts=[[Appeared(token), Appeared(other)]])
+    assert await all_arrivals(transport) == [Appeared(token), Appeared(other)]
+    transport.watch([KEYS.tokens_of("r2")])
+    assert await all_arrivals(transport) == [Listed()]
+    cut_off = Partition(name="p", group=("r1",), others=("router",))
+    transport.have(Faults(number=1, step=0, struck=(), rules=(cut_off,), slow_s=0.0))
+    assert await all_arrivals(transport) == [Vanished(token)]
+
+
+async def test_that_tokens_are_listed_comes_behind_the_tokens() -> None:
+    token = KEYS.alive("r2", "a")
+    transport, _ = stage(name="r1", bursts=[[Listed(), Appeared(token)]])
+    assert await all_arrivals(transport) == [Appeared(token), Listed()]
