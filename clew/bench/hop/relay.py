@@ -16,7 +16,7 @@ import os
 import signal
 import struct
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from enum import StrEnum
 from pathlib import Path
 
@@ -88,6 +88,10 @@ class LastTransport:
         """Wait for arrivals."""
         return await self._inner.arrivals(timeout_s)
 
+    def watch(self, patterns: Collection[str]) -> None:
+        """Watch tokens."""
+        self._inner.watch(patterns)
+
     def timestamp(self) -> str:
         """A time stamp."""
         return self._inner.timestamp()
@@ -111,11 +115,11 @@ def relay(kind: Relay, robot: int, strand: Strand, folder: Path, told: int) -> N
 
 
 async def _stack(robot: int, session: Session, strand: Strand, folder: Path, told: int) -> None:
-    """Rule 2. Nothing is watched: tokens are no part of a hop."""
+    """Rule 2."""
     keys, name, conditions = session.keys, session.name, Conditions()
     alive = keys.alive(name, INCARNATION)
     victim = Victim(robot, folder, conditions, again=False)
-    with open_transport(session, hear=heard(keys, name), answer=[], alive=alive, watch=None) as opened:
+    with open_transport(session, hear=heard(keys, name), answer=[], alive=alive, watch=[]) as opened:
         for neighbour in (robot - 1, robot + 1):
             go_on(opened, keys.link(name, robot_name(neighbour)))
         is_last = robot == len(strand.cores)
@@ -185,7 +189,7 @@ async def lead(kind: Relay, strand: Strand, folder: Path, probe: Callable[[Say],
     session = read_session(folder / f"{robot_name(1)}.json")
     key = session.keys.link(session.name, robot_name(2))
     if kind is Relay.STACK:
-        with open_transport(session, hear=[], answer=[], alive=None, watch=None) as transport:
+        with open_transport(session, hear=[], answer=[], alive=None, watch=[]) as transport:
             go_on(transport, key)
 
             def say() -> int:
