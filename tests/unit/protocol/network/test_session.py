@@ -37,7 +37,7 @@ def test_every_process_of_the_run_gets_its_own_session(folder: Path) -> None:
     assert sorted(known) == ["r1", "r2", "r3", "world"]
     for name, password in known.items():
         assert read_session(folder / f"{name}.json") == Session(
-            fleet="f", run="t1", name=name, endpoints=(ENDPOINT,), user=name, password=password
+            fleet="f", run="t1", name=name, robots=3, endpoints=(ENDPOINT,), user=name, password=password
         )
 
 
