@@ -9,8 +9,7 @@ from msgspec.structs import replace
 
 from agents.navigation.ground import Ground
 from agents.navigation.step import GAIN_M, Crossed, NoStep
-from agents.navigation.sure import CLOSER
-from agents.strand.leader import AGAIN_MAX, ROOM_STEPS_MAX, DeadEnd, Leader, Plan, Wait
+from agents.strand.leader import AGAIN_MAX, ROOM_STEPS_MAX, DeadEnd, Leader, Wait
 from protocol.frames import Point, Pose
 from protocol.mission import Bounds, Mission
 from protocol.network.outbox import Outbox
@@ -145,22 +144,6 @@ def test_without_an_open_way_the_leader_reports_it_and_does_not_wander() -> None
     ]
     answer = step_through(ring, to(3.0, 0.0))
     assert answer == NoStep("no way to the goal is left in what is known", everywhere=True)
-
-
-@pytest.mark.parametrize("bodies_may_move", [False, True])
-def test_where_bodies_may_have_moved_no_way_is_reported_only_after_a_look_with_a_cleared_map(
-    bodies_may_move: bool,
-) -> None:
-    mission = to(10.0, 0.0)
-    leader, seen = Leader(mission, ORIGIN), look_around([], mission, revolutions=CLOSER)
-    across = np.stack([np.full(200, 6.0), np.linspace(-5.0, 5.0, 200)], axis=-1)
-    leader.map.remember(across)  # traces of bodies, out of sight from here
-
-    def answer() -> Plan:
-        return leader.plan(seen, alone(), epoch=1, settled=True, bodies_may_move=bodies_may_move)
-
-    answers = [type(answer()) for _ in range(2)]
-    assert answers == ([Wait, StepPlanned] if bodies_may_move else [NoStep, NoStep])
 
 
 def test_a_closed_goal_is_approached_within_its_tolerance() -> None:
