@@ -9,14 +9,14 @@ Rule 4: an edge that is already nearer than its distance only forbids motion tow
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from agents.navigation.scan import View
 from agents.navigation.sure import sure
-from protocol.arrays import Flags, Floats, distances_to_segments, nearest_on_segments, unit_vectors
+from protocol.arrays import Flags, Floats, nearest_on_segments, segments_apart, unit_vectors
 from protocol.mission import Bounds, Mission
 from protocol.sweep import Stadiums
 
@@ -96,31 +96,25 @@ def promised_clearance_m(view: View, target: Floats, robots: Flags, mission: Mis
     It is less than epsilon only if the step begins nearer than that to something and leads away from it.
 
     Args:
-        view: the scan that the step was planned from.
+        view: the scan that the step was planned from; the step begins at its position.
         target: where the step ends (2,) [m; world frame].
         robots: the directions of the scan that hit the robot directly behind. It is no obstacle: grants keep
             the distance to it. What it hides may be one. Robots further behind count as obstacles.
         mission: the robot's mission.
     """
-    walls = scan_walls(view, mission, leave_out=robots)
-    off_ends = distances_to_segments(walls.starts, view.position, target)
-    off_edges = [distances_to_segments(end, walls.starts, walls.ends) for end in (view.position, target)]
-    apart = np.minimum(off_ends, np.minimum(*off_edges)).min(initial=np.inf)
-    behind, unsure_m = _behind_hulls(view, robots, mission)
-    off_hidden = (distances_to_segments(behind, view.position, target) - unsure_m).min(initial=np.inf)
-    return max(0.0, float(min(apart, off_hidden)) - mission.robot_radius_m)
+    seen = sure(_past_hulls(view, robots, mission), mission)
+    # The arcs are enough: what lies further along a ray from where a step begins is further from the step.
+    apart_m = segments_apart(view.position, target, seen.starts, seen.ends)
+    return max(0.0, float(apart_m.min()) - mission.robot_radius_m)
 
 
-def _behind_hulls(view: View, robots: Flags, mission: Mission) -> tuple[Floats, Floats]:
-    """Where the nearest obstacle may be that a hull hides: points (n, 2), and how wide each is (n,) [m].
+def _past_hulls(view: View, robots: Flags, mission: Mission) -> View:
+    """The scan with each hit on a hull moved to the nearest place where the hull may hide an obstacle.
 
     A robot keeps epsilon, less mu0, from obstacles. So behind a hit on its hull there is none for at least
     the part of a tangent that lies within that distance of the hull.
     """
     radius_m = mission.robot_radius_m
     kept_m = radius_m + max(0.0, mission.epsilon_m - mission.mu0_m)
-    ranges_m = np.maximum(view.ranges_m[robots] - mission.range_error_m_max, 0.0)
-    ranges_m += math.sqrt(kept_m**2 - radius_m**2)
-    bearings_rad = view.bearings_rad[robots]
-    rays = unit_vectors(bearings_rad)
-    return view.position + ranges_m[:, None] * rays, ranges_m * np.pi / len(view.ranges_m)
+    past_m = view.ranges_m + math.sqrt(kept_m**2 - radius_m**2)
+    return replace(view, ranges_m=np.where(robots, np.minimum(past_m, mission.range_m_max), view.ranges_m))

@@ -169,8 +169,8 @@ MUTANTS = (
         "promises-more",
         "S4: a step keeps the clearance that it promised; here it promises 30 mm more",
         "agents/navigation/certificate.py",
-        "    return max(0.0, float(min(apart, off_hidden)) - mission.robot_radius_m)\n",
-        "    return max(0.0, float(min(apart, off_hidden)) - mission.robot_radius_m) + 0.03\n",
+        "    return max(0.0, float(apart_m.min()) - mission.robot_radius_m)\n",
+        "    return max(0.0, float(apart_m.min()) - mission.robot_radius_m) + 0.03\n",
     ),
     _mutant(
         "keep-without-mu0",

@@ -191,4 +191,28 @@ def test_the_promise_covers_an_obstacle_that_a_robot_hides() -> None:
     hidden_m = 0.5 + ROBOT.robot_radius_m + ROBOT.epsilon_m
     view = look_around([hull, wall((hidden_m, 0.05), (hidden_m, -0.05))], ROBOT)
     promised_m = promised_clearance_m(view, np.array([-0.5, 0.0]), view.hits, ROBOT)
-    assert promised_m <= hidden_m - ROBOT.robot_radius_m
+    assert 0.4 < promised_m <= hidden_m - ROBOT.robot_radius_m, "the hull's own clearance is 0.3 m"
+
+
+@given(
+    st.sampled_from([-1.0, 1.0]),
+    st.floats(0.1, 3.9),
+    st.floats(0.8, 1.6),
+    st.floats(2.2, 3.8),
+    st.floats(5.0, 40.0),
+)
+def test_no_promise_exceeds_the_true_clearance_where_a_robot_stands_far_behind_an_obstacles_tip(
+    side: float, edge_deg: float, post_m: float, hull_m: float, heading_deg: float
+) -> None:
+    coarse = under("certified", robot_radius_m=0.1, directions=90)
+    bearing_rad = math.radians(edge_deg) + math.asin(0.2 / post_m)
+    centre_m = (post_m * math.cos(bearing_rad), post_m * side * math.sin(bearing_rad))
+    post, hull = Circle(centre_m=centre_m, radius_m=0.2), Circle(centre_m=(hull_m, 0.0), radius_m=0.1)
+    view = look_around([post, hull], coarse)
+    robots = view.hits & (view.ranges_m > 2.0)
+    assert robots.any(), "a ray beside the post's edge meets the robot"
+    target = 2.0 * np.array(
+        [math.cos(math.radians(heading_deg)), -side * math.sin(math.radians(heading_deg))]
+    )
+    kept_m = float(clearance(ground_of([post]), np.zeros((1, 2)), target[None])[0]) - coarse.robot_radius_m
+    assert promised_clearance_m(view, target, robots, coarse) <= max(0.0, kept_m)
