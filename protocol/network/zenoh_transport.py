@@ -15,8 +15,6 @@ Rule 6: a session that is connected and deaf (`deafness.py`) is closed, and anot
 Rule 7: which tokens are watched can change. A query behind each new subscription tells the tokens that are
         there, and its end that these are all. So a token may be told twice. One that is not watched any more
         is not told.
-Rule 8: a key on which more than a few messages were sent is declared. Otherwise the router looks for the
-        receivers of each message among the keys of all robots.
 """
 
 import asyncio
@@ -44,7 +42,6 @@ from protocol.wire.messages import Message
 log = logging.getLogger("network")
 
 KEY_LENGTH_MAX = 200  # our keys have less than 160 characters; the timeline accepts up to 200
-DECLARED_FROM, DECLARED_MAX = 3, 4096  # rule 8
 LIST_TIMEOUT_S = 10.0  # for a router with much to do: some thousand tokens are told in a second
 PULSE_S = 0.2  # wall: 1/5 of the silence after which a robot without a token is dead
 
@@ -97,7 +94,6 @@ class ZenohTransport:
         self._session = self._opened.enter_context(_connected(declared.session, CONNECT_TIMEOUT_MS))
         self._ask_timeout_s = ask_timeout_ms(declared.session.robots) / 1000.0
         self._deafness = Deafness(declared.alive)
-        self._known_keys: dict[str, zenoh.KeyExpr] = {}
         self._pulse_key, self._pulse_at_s = declared.session.keys.pulse(declared.session.name), 0.0
         self._traffic = Traffic()
         self._arrived = asyncio.Event()
@@ -124,19 +120,11 @@ class ZenohTransport:
     def _send(self, key: str, payload: bytes) -> None:
         with contextlib.suppress(zenoh.ZError):  # the session is closed: the message is lost, like any other
             self._session.put(
-                self._known_keys.get(key) or self._know(key),
+                key,
                 payload,
                 congestion_control=zenoh.CongestionControl.DROP,
                 allowed_destination=zenoh.Locality.REMOTE,
             )
-
-    def _know(self, key: str) -> str | zenoh.KeyExpr:
-        """Rule 8."""
-        if self._traffic.sent.get(key, 0) < DECLARED_FROM or len(self._known_keys) >= DECLARED_MAX:
-            return key
-        known: zenoh.KeyExpr = self._session.declare_keyexpr(key)
-        self._known_keys[key] = known
-        return known
 
     def ask(self, key: str, message: Message) -> None:
         """Query the key; the reply arrives as `Heard`, or is lost: then ask again."""
@@ -218,7 +206,6 @@ class ZenohTransport:
             return []  # there is no router, or it has no time for us: try again later
         self.close()
         self._session = self._opened.enter_context(fresh)
-        self._known_keys.clear()
         self.declare()
         log.warning("%s was connected and deaf: its session is a new one", self._declared.session.name)
         return [Vanished(key) for key in self._deafness.forget()]

@@ -239,9 +239,9 @@ async def test_what_is_watched_can_change_and_the_tokens_that_are_shown_are_list
         assert arrived == [Listed()], "nothing is shown there, and nothing else is watched"
 
 
-async def test_messages_on_a_key_that_was_declared_arrive_as_before(folder: Path) -> None:
+async def test_messages_on_one_key_arrive_in_order(folder: Path) -> None:
     async with fleet(folder, "r1") as (world, robot):
-        count = 2 * zenoh_transport.DECLARED_FROM
+        count = 6
         for n in range(1, count + 1):
             robot.put(KEYS.drive("r1"), drive(n))
         arrived = await next_arrivals(world, count)
