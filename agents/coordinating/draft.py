@@ -167,7 +167,8 @@ class Draft:
         waiting = [robot for robot in sorted(reports) if robot not in self.strand]
         if not waiting:
             return Done()
-        free = [robot for robot in waiting if robot not in self.tried]
+        tried = self.tried
+        free = [robot for robot in waiting if robot not in tried]
         if self._made_way in free and len(free) > 1:
             free.remove(self._made_way)
         if free:
