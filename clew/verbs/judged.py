@@ -1,7 +1,4 @@
-"""Reads the folder of a run, or of several fleets, and has it judged a second time. A shell.
-
-The names of files are those of docs/run.md and docs/fleets.md.
-"""
+"""Reads the folder of a run, or of several fleets, and has it judged a second time. A shell."""
 
 import json
 from collections.abc import Mapping
@@ -16,8 +13,8 @@ from clew.judge.poses import Finding, judge
 from clew.judge.truth import Run, Scene, UnreadableError, read_run, read_scene_file, scene_of
 from protocol.errors import UsageError
 from protocol.files.opening import MADE_BYTES_MAX, open_regular, read_bytes
-
-EVENTS, VERDICT = "events.jsonl", "verdict.json"
+from world.judge.verdict import VERDICT_FILE
+from world.record.recorder import EVENTS_FILE
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,9 +35,9 @@ class Judged:
 
 def fleets_in(run: Path) -> list[str]:
     """The names of the fleets of a run with several; otherwise none."""
-    if not run.is_dir() or (run / EVENTS).exists():
+    if not run.is_dir() or (run / EVENTS_FILE).exists():
         return []
-    return sorted(each.parent.name for each in run.glob(f"*/{EVENTS}"))
+    return sorted(each.parent.name for each in run.glob(f"*/{EVENTS_FILE}"))
 
 
 def judged(run: Path, scene: Path | None) -> Judged:
@@ -52,7 +49,7 @@ def judged(run: Path, scene: Path | None) -> Judged:
     """
     folder = run if run.is_dir() else run.parent
     try:
-        with open_regular(run / EVENTS if run.is_dir() else run) as lines:
+        with open_regular(run / EVENTS_FILE if run.is_dir() else run) as lines:
             read = read_run(lines)
         ground = scene_of(read, None if scene is None else read_scene_file(scene))
         finding = judge(ground, read)
@@ -62,7 +59,7 @@ def judged(run: Path, scene: Path | None) -> Judged:
     except UnreadableError as error:
         raise UsageError(f"{run}: {error}") from error
     except KeyError as error:
-        raise UsageError(f"{folder / VERDICT}: lacks {error}") from error
+        raise UsageError(f"{folder / VERDICT_FILE}: lacks {error}") from error
 
 
 def judged_between(run: Path, fleets: Mapping[str, Judged]) -> tuple[Between, list[str] | None]:
@@ -79,16 +76,16 @@ def judged_between(run: Path, fleets: Mapping[str, Judged]) -> tuple[Between, li
     except UnreadableError as error:
         raise UsageError(f"{run}: {error}") from error
     except KeyError as error:
-        raise UsageError(f"{run / VERDICT}: lacks {error}") from error
+        raise UsageError(f"{run / VERDICT_FILE}: lacks {error}") from error
 
 
 def _verdict(folder: Path) -> dict[str, Any] | None:
-    if not (folder / VERDICT).exists():
+    if not (folder / VERDICT_FILE).exists():
         return None
     try:
-        said = json.loads(read_bytes(folder / VERDICT, MADE_BYTES_MAX))
+        said = json.loads(read_bytes(folder / VERDICT_FILE, MADE_BYTES_MAX))
     except ValueError as error:
-        raise UnreadableError(f"{VERDICT}: {error}") from error
+        raise UnreadableError(f"{VERDICT_FILE}: {error}") from error
     if not isinstance(said, dict):
-        raise UnreadableError(f"{VERDICT}: is no object")
+        raise UnreadableError(f"{VERDICT_FILE}: is no object")
     return said
