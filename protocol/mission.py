@@ -104,12 +104,14 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
         """The longest way between neighbours in a strand that forms: what a robot sees, and may lag."""
         return min(self.link_length_m_max, self.range_m_max)
 
-    def sure_share_in(self, rays: int) -> float:
+    def sure_share_in(self, rays: int, *, bodies_only: bool = False) -> float:
         """How near the sensor a corner can reach unseen between two rays: at this share of the nearer one.
 
         `agents/navigation/sure.py` derives it. Rays that a whole corner fits between show nothing: 0.
+        For robots' bodies it is less (rule 4 there).
         """
-        half_rad, half_spacing_rad = self.sharpest_corner_rad / 2.0, math.pi / rays
+        corner_rad = math.pi / 2.0 if bodies_only else self.sharpest_corner_rad
+        half_rad, half_spacing_rad = corner_rad / 2.0, math.pi / rays
         return max(0.0, math.sin(half_rad - half_spacing_rad) / math.sin(half_rad))
 
     @property

@@ -4,6 +4,8 @@ Obstacles beside the way hide nothing on it: what they hide is further from the 
 alone are enough.
 """
 
+import math
+
 import numpy as np
 
 from agents.navigation.scan import View
@@ -20,7 +22,24 @@ def seen_clearance_m(seen: View, end: Floats, mission: Mission) -> float:
 
 def certain_clearance_m(seen: View, end: Floats, mission: Mission) -> float:
     """The same clearance to where an obstacle may be that was hit [m]."""
-    known = sure(seen, mission, leave_out=~seen.hits)
+    return _certain_m(seen, end, mission, bodies_only=False)
+
+
+def body_clearance_m(seen: View, end: Floats, mission: Mission) -> float:
+    """The same clearance to where the body of a robot may be that was hit [m].
+
+    0 on a way so long that near its end a whole body fits between two rays.
+    """
+    radius_m = mission.robot_radius_m
+    # A ray is sure to hit a body whose centre is nearer than this.
+    sees_all_m = radius_m / math.sin(math.pi / len(seen.ranges_m))
+    if float(np.hypot(*(end - seen.position))) + 2.0 * radius_m + mission.clear_m > sees_all_m:
+        return 0.0
+    return _certain_m(seen, end, mission, bodies_only=True)
+
+
+def _certain_m(seen: View, end: Floats, mission: Mission, *, bodies_only: bool) -> float:
+    known = sure(seen, mission, leave_out=~seen.hits, bodies_only=bodies_only)
     beside_hits = np.isfinite(known.ranges_m)
     return _clearance_m(seen, end, mission, known.starts[beside_hits], known.ends[beside_hits])
 

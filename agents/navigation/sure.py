@@ -23,7 +23,10 @@ Rule 1: what is nearer than that between two rays is free. This is a property of
         costs little, however sharp a corner is anywhere else.
 Rule 2: a hit may be wrong by the range error, along its ray. A range-limit point counts as a hit.
 Rule 3: rays from other places narrow that further (`agents/navigation/crossing.py`).
-Rule 4: nothing else is taken from the world: the bound holds with any shapes that keep both premises.
+Rule 4: of a robot's body, a disc, gamma is a right angle: what lies in the triangle P A B is less than half of
+        the disc, since the whole fits between no two rays (premise 2), and from the arc of such a part its
+        chord is seen at a right angle or more.
+Rule 5: nothing else is taken from the world: the bound holds with any shapes that keep both premises.
 """
 
 from dataclasses import dataclass
@@ -59,12 +62,15 @@ class Sure:
     """Where it ends on the next ray (n, 2)."""
 
 
-def sure(view: View, mission: Mission, *, leave_out: Flags | None = None) -> Sure:
-    """What a scan is sure of (rules 1 and 2); a ray that is left out says nothing of the gaps beside it."""
+def sure(view: View, mission: Mission, *, leave_out: Flags | None = None, bodies_only: bool = False) -> Sure:
+    """What a scan is sure of (rules 1 and 2), of all shapes or of robots' bodies only.
+
+    A ray that is left out says nothing of the gaps beside it.
+    """
     true_m = np.maximum(view.ranges_m - mission.range_error_m_max, 0.0)
     known_m = true_m if leave_out is None else np.where(leave_out, np.inf, true_m)
     nearer_m = np.minimum(known_m, np.roll(known_m, -1))
-    ranges_m = np.maximum(mission.sure_share_in(len(true_m)) * nearer_m, LEAST_M)
+    ranges_m = np.maximum(mission.sure_share_in(len(true_m), bodies_only=bodies_only) * nearer_m, LEAST_M)
     for other in view.earlier:
         ranges_m = np.maximum(ranges_m, divided_m(view, true_m, other, mission.range_error_m_max))
     finite_m = np.where(np.isfinite(ranges_m), ranges_m, 0.0)[:, None]

@@ -46,8 +46,13 @@ class Advance:
             # A robot behind is in the way and may not drive first.
             self.kept_back_at_s = min(self.kept_back_at_s, now_s) if driver.standing else math.inf
             return [], False
-        commands = self._check(strand, now_s) if self._needs_check(strand, reach_m) else []
-        if not self._needs_check(strand, reach_m):
+        commands = []
+        if self._needs_check(strand, reach_m):
+            if not driver.standing:
+                return [], False  # a part of the segment is clear; the next check is made at its end
+            commands = self._check(strand, now_s)
+            reach_m = self._follower.clear_part_m(reach_m)
+        if reach_m > ordered_m + THERE_M:
             self.kept_back_at_s = math.inf
             driver.to(strand.path.at(reach_m), reach_m=reach_m)
         return commands, False

@@ -10,7 +10,8 @@ Rule 2: before it enters a segment, it checks the segment against a scan of its 
           count as robots of the strand only where its neighbours may be (`Strand.robots_in_sight`), and
           ground that was checked in another epoch is checked anew.
         - Bodies of robots that are left out may have stopped beside ground that was driven before. Then the
-          check requires the whole promise, minus the range error and part of the tolerance.
+          robot keeps the whole promise, minus part of the tolerance, from wherever the body of a robot may
+          be: between two rays, too. Where that is not sure of the whole segment, a part of it is cleared.
         - Under a law that promises nothing, followers do not sense.
 Rule 3: a segment that is not clear is checked again every `RECHECK_S`; meanwhile the robot stands.
 """
@@ -20,13 +21,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from agents.navigation.leg import certain_clearance_m, is_unsure_of_leg, leg_is_certain, seen_clearance_m
+from agents.navigation.leg import (
+    body_clearance_m,
+    certain_clearance_m,
+    is_unsure_of_leg,
+    leg_is_certain,
+    seen_clearance_m,
+)
 from agents.navigation.scan import View, on_ground
 from agents.navigation.step import LookCloser
 from agents.navigation.sure import closer
 from protocol.arrays import Floats, xy
-from protocol.frames import Point
-from protocol.mission import Mission
+from protocol.mission import SEEN_SHARE, Mission
 from protocol.path import THERE_M, Path
 from protocol.timeline import SegmentChecked
 
@@ -39,9 +45,8 @@ class Follower:
 
     def __init__(self, mission: Mission, start_m: float, *, some_are_left_out: bool = False) -> None:
         self._mission = mission
-        less_m = mission.seen_less_m if some_are_left_out else 2.0 * mission.mu0_m
-        self._clear_m_min = mission.clear_m - less_m
-        """The clearance to be seen beside a segment that another robot has driven (rule 2)."""
+        self._bodies_left_out = some_are_left_out and mission.robot_radius_m > 0.0
+        self._bodies_clear_m = mission.clear_m - SEEN_SHARE * mission.mu0_m
         self._clear_until_m = start_m
         self._checked_at_s = -math.inf
         self.refused_at_s = math.inf
@@ -71,6 +76,10 @@ class Follower:
         """Whether the segment up to `reach_m` has been checked and is clear."""
         return not self._mission.promises_clearance or reach_m <= self._clear_until_m + THERE_M
 
+    def clear_part_m(self, reach_m: float) -> float:
+        """How far of the way up to `reach_m` has been checked and is clear."""
+        return reach_m if self.is_clear(reach_m) else self._clear_until_m
+
     def may_check(self, now_s: float) -> bool:
         """Whether it is time for the next check (rule 3)."""
         return now_s - self._checked_at_s >= RECHECK_S
@@ -95,23 +104,39 @@ class Follower:
             robots: polylines (n, 2) of ground on which hits are robots of the strand.
             now_s: the time.
         """
+        mission = self._mission
         vertex = path[path.next_vertex(progress_m + THERE_M)]
         seen = self._without(view, robots)
-        clearance_m = seen_clearance_m(seen, xy(vertex), self._mission)
-        clear = clearance_m >= self._clear_m_min
+        clearance_m = seen_clearance_m(seen, xy(vertex), mission)
+        clear = clearance_m >= mission.clear_m - 2.0 * mission.mu0_m
+        may_look_closer = clear and closer(mission, len(view.ranges_m)) is not None
         if progress_m < own_leg_m - THERE_M:
             end = xy(path.at(min(vertex.s_m, own_leg_m)))
-            is_closest = closer(self._mission, len(view.ranges_m)) is None
-            if clear and not is_closest and is_unsure_of_leg(seen, end, self._mission):
+            if may_look_closer and is_unsure_of_leg(seen, end, mission):
                 return LookCloser()
-            clear = clear and leg_is_certain(seen, end, self._mission)
-            clearance_m = min(clearance_m, certain_clearance_m(seen, end, self._mission))
+            clear = clear and leg_is_certain(seen, end, mission)
+            clearance_m = min(clearance_m, certain_clearance_m(seen, end, mission))
+        until_m = vertex.s_m
+        if self._bodies_left_out:
+            until_m = self._free_of_bodies_until_m(seen, path, progress_m, vertex.s_m)
+            if may_look_closer and until_m < vertex.s_m:
+                return LookCloser()
+            clear = clear and until_m > progress_m
+            clearance_m = min(clearance_m, body_clearance_m(seen, xy(path.at(until_m)), mission))
         self._checked_at_s, self.refused_at_s = now_s, min(self.refused_at_s, now_s)
         if clear:
-            self._clear_until_m = vertex.s_m
+            self._clear_until_m = until_m
             self._checked_at_s, self.refused_at_s = -math.inf, math.inf
-        target = Point(x_m=vertex.x_m, y_m=vertex.y_m)
-        return SegmentChecked(target=target, clear=clear, clearance_m=clearance_m)
+        return SegmentChecked(target=path.at(until_m), clear=clear, clearance_m=clearance_m)
+
+    def _free_of_bodies_until_m(self, seen: View, path: Path, from_m: float, to_m: float) -> float:
+        """Up to which arc length of a segment the body of no robot can be too near (rule 2)."""
+        length_m = to_m - from_m
+        while body_clearance_m(seen, xy(path.at(from_m + length_m)), self._mission) < self._bodies_clear_m:
+            length_m /= 2.0
+            if length_m < DRIVE_M_MIN:
+                return from_m
+        return from_m + length_m
 
     def _without(self, view: View, robots: Sequence[Floats]) -> View:
         seen = np.zeros(len(view.ranges_m), dtype=np.bool_)

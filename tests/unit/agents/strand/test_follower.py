@@ -1,16 +1,19 @@
 """A follower's decisions: how far to drive, and whether the segment is clear."""
 
 import math
+from collections.abc import Iterator
 
+import numpy as np
 import pytest
 import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from agents.navigation.sure import closer
 from agents.strand.follower import DRIVE_M_MIN, RECHECK_S, Follower
 from protocol.frames import Point, Pose
-from protocol.mission import Mission
+from protocol.mission import SEEN_SHARE, Mission
 from protocol.path import THERE_M, Path
 from protocol.timeline import SegmentChecked
 from tests.support.stages.one_step import look_around, under
@@ -41,6 +44,14 @@ def fresh() -> Follower:
     return Follower(MISSION, start_m=0.0)
 
 
+def looks(mission: Mission) -> Iterator[int]:
+    """The revolutions of the first look and of ever closer ones."""
+    revolutions: int | None = 1
+    while revolutions is not None:
+        yield revolutions
+        revolutions = closer(mission, revolutions * mission.directions)
+
+
 def check(
     follower: Follower,
     *shapes: Shape,
@@ -53,17 +64,27 @@ def check(
     """Check the segment of the bend that begins where the follower stands."""
     path = bend()
     at = path.at(progress_m)
-    view = look_around(shapes, mission, Pose(x_m=at.x_m, y_m=at.y_m, heading_rad=0.0))
-    checked = follower.check(
-        view,
-        path,
-        progress_m=progress_m,
-        own_leg_m=0.0,
-        robots=[path.between(ahead_m, path.end_m), *([path.between(*behind_m)] if behind_m else [])],
-        now_s=now_s,
-    )
-    assert isinstance(checked, SegmentChecked), "only the own leg may need a closer look"
-    return checked
+    pose = Pose(x_m=at.x_m, y_m=at.y_m, heading_rad=0.0)
+    for revolutions in looks(mission):
+        checked = follower.check(
+            look_around(shapes, mission, pose, revolutions=revolutions),
+            path,
+            progress_m=progress_m,
+            own_leg_m=0.0,
+            robots=[path.between(ahead_m, path.end_m), *([path.between(*behind_m)] if behind_m else [])],
+            now_s=now_s,
+        )
+        if isinstance(checked, SegmentChecked):
+            return checked
+    raise AssertionError("the closest look is not close enough")
+
+
+def parts_m(follower: Follower, body: Shape) -> list[float]:
+    """The parts of the first segment of the bend that it drives, one check after the other."""
+    ends_m = [0.0]
+    while ends_m[-1] < 3.0 and check(follower, body, progress_m=ends_m[-1], ahead_m=NOBODY_M).clear:
+        ends_m.append(follower.clear_part_m(3.0))
+    return ends_m
 
 
 @given(paths(), shares, shares, st.floats(0.0, 1.2), st.booleans())
@@ -245,14 +266,13 @@ def test_if_robots_are_left_out_the_whole_promise_must_be_seen_beside_driven_gro
     follower = Follower(MISSION, start_m=0.0, some_are_left_out=some_are_left_out)
     gap_m = MISSION.clear_m + beyond_mu0 * MISSION.mu0_m
     body = disc(0.5, 2.0 * RADIUS_M + gap_m)
-    assert check(follower, body).clear is clear
+    assert (parts_m(follower, body)[-1] == 3.0) is clear
 
 
 @given(off=st.floats(0.0, 4.0))
 def test_a_body_beside_granted_ground_is_passed_at_the_separation_whoever_it_is_taken_for(off: float) -> None:
     """F6 (b): in a hairpin, the least distance from ground that was granted to the robot behind."""
     mission = replace(MISSION, separation_m=0.15, directions=7200)
-    unseen_m = 0.0002  # a metre away, of the side of a hull that so many rays just graze
     keep_m = mission.robot_keep_m
     corners = [(0.0, 0.0), (2.0, 0.0), (2.0, keep_m), (0.0, keep_m)]
     path = Path(Point(x_m=x_m, y_m=y_m) for x_m, y_m in corners)
@@ -266,6 +286,41 @@ def test_a_body_beside_granted_ground_is_passed_at_the_separation_whoever_it_is_
         now_s=0.0,
     )
     assert isinstance(checked, SegmentChecked)
-    gap_m = keep_m - off_m - 2.0 * RADIUS_M
+    gap_m = math.hypot(max(0.0, checked.target.x_m - 1.0), keep_m - off_m) - 2.0 * RADIUS_M
     quarter_m = 0.25 * mission.mu0_m  # of the tolerance is the drive's
-    assert not checked.clear or gap_m >= mission.separation_m - mission.mu0_m + quarter_m - unseen_m
+    assert not checked.clear or gap_m >= mission.separation_m - mission.mu0_m + quarter_m - THERE_M
+
+
+@given(
+    along_m=st.floats(0.2, 3.0),
+    gap_share=st.floats(0.5, 1.5),
+    turned_rad=st.floats(0.0, math.tau),
+    directions=st.sampled_from([180, 360, 1440]),
+)
+def test_no_body_that_is_left_out_is_passed_nearer_for_standing_between_two_rays(
+    along_m: float, gap_share: float, turned_rad: float, directions: int
+) -> None:
+    """F6 (d)."""
+    mission = replace(MISSION, directions=directions)
+    follower = Follower(mission, start_m=0.0, some_are_left_out=True)
+    beside_m = 2.0 * RADIUS_M + gap_share * mission.clear_m
+    turn = np.array(
+        [[math.cos(turned_rad), math.sin(turned_rad)], [-math.sin(turned_rad), math.cos(turned_rad)]]
+    )
+    (end_x_m, end_y_m), (x_m, y_m) = np.array([[3.0, 0.0], [along_m, beside_m]]) @ turn
+    path = Path([Point(x_m=0.0, y_m=0.0), Point(x_m=end_x_m, y_m=end_y_m)])
+    for revolutions in looks(mission):
+        seen = look_around([disc(x_m, y_m)], mission, revolutions=revolutions)
+        checked = follower.check(seen, path, progress_m=0.0, own_leg_m=0.0, robots=[], now_s=0.0)
+        if isinstance(checked, SegmentChecked) and checked.clear:
+            ahead_m = along_m - math.hypot(checked.target.x_m, checked.target.y_m)
+            gap_m = math.hypot(max(0.0, ahead_m), beside_m) - 2.0 * RADIUS_M
+            assert gap_m >= mission.clear_m - SEEN_SHARE * mission.mu0_m - THERE_M
+
+
+def test_of_a_segment_a_robot_drives_the_part_that_no_body_can_be_beside_and_looks_again_there() -> None:
+    follower = Follower(MISSION, start_m=0.0, some_are_left_out=True)
+    ends_m = parts_m(follower, disc(2.0, 2.0 * RADIUS_M + MISSION.clear_m - 0.7 * MISSION.mu0_m))
+    assert len(ends_m) > 2
+    assert ends_m == sorted(set(ends_m))
+    assert ends_m[-1] == 3.0
