@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Checks everything: lint, format, types, then the tests, those with real processes last.
+# Checks everything: lint and format, the types and scripts beside the tests, and last the tests with real processes.
 # Arguments go to both runs of pytest, so `launch/test.sh -k house` narrows them.
 #
 # It installs nothing outside its environment. What it cannot check for want of a browser, or of Node.js, it names.
@@ -46,16 +46,30 @@ check_tests() {
     ((code == 0 || (code == 5 && chosen))) || failed+=("pytest $1 $2")
 }
 
+# These have one thread each; beside the tests they cost no time of their own where there are two cores.
+check_types_and_scripts() {
+    local failed=()
+    check mypy
+    check mypy launch/locked.py # in no package: ROS 2 owns the name `launch`
+    check_shell
+    check_page
+    ((${#failed[@]} == 0)) || printf '%s\n' "${failed[@]}" >"$beside/failed"
+}
+
 chosen=$(($# > 0))
 check ruff check
 check ruff format --check
-check mypy
-check mypy launch/locked.py # in no package: ROS 2 owns the name `launch`
-check_shell
-check_page
+beside=$(mktemp -d)
+set -m # so that they are a process group, which an interrupt ends
+check_types_and_scripts >"$beside/said" 2>&1 &
+set +m
+trap 'rm -rf "$beside"; kill -- "-$!" 2>/dev/null || true' EXIT
 command -v chromium >/dev/null ||
     clew_say "no chromium here: its tests are skipped. To install it: apt-get install -y --no-install-recommends chromium"
 check_tests -m "not processes" -n auto --dist worksteal "$@"
+wait $!
+cat "$beside/said"
+[[ ! -e $beside/failed ]] || mapfile -t -O "${#failed[@]}" failed <"$beside/failed"
 # A fleet waits more than it computes: three for each two cores. The tests of a file share what they have set up.
 check_tests -m processes -n $(($(nproc) * 3 / 2)) --dist loadfile "$@"
 ((${#failed[@]} == 0)) && exit
