@@ -1,21 +1,18 @@
 """Judges true poses of several fleets against each other, over the whole motion. Pure.
 
-Rule 1: a body moves straight at constant speed between two samples, and stands after the last, as in
-        `clew.judge.poses`. All fleets of a run have one clock.
+Rule 1: bodies move as in `clew.judge.poses`. All fleets of a run have one clock.
 Rule 2: hulls of different fleets never touch.
 """
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
-import numpy as np
 import shapely
 
-from clew.judge.poses import Finding, Least
-from clew.judge.truth import Floats, Run, Scene
+from clew.judge.poses import HERE, Finding, Least, at_the_same_instants, closest, least
+from clew.judge.truth import Run, Scene
 
 APART_M = 1e-6
 """How much two judges may differ: the rounding of samples that a tick's straight line goes through."""
@@ -36,60 +33,21 @@ class Between:
         return not self.contacts
 
 
-@dataclass(frozen=True)
-class _Body:
-    what: str
-    fleet: str
-    radius_m: float
-    way: Floats
-
-
 def judge_between(fleets: Mapping[str, tuple[Scene, Run]]) -> Between:
     """Judge the fleets of one run against each other."""
-    rows = [each for _, run in fleets.values() for each in run.poses.values()]
-    instants_s = np.unique(np.concatenate([[0.0], *(each[:, 0] for each in rows)]))
-    bodies = [
-        _Body(f"robot {robot} of {name}", name, scene.radius_m, _way(poses, instants_s))
-        for name, (scene, run) in fleets.items()
-        for robot, poses in run.poses.items()
-    ]
-    nearest: Least | None = None
-    contacts = []
-    for one, other in combinations(bodies, 2):
-        if one.fleet == other.fleet:
+    bodies = [(name, robot) for name, (_, run) in fleets.items() for robot in run.poses]
+    instants_s, ways = at_the_same_instants([fleets[name][1].poses[robot] for name, robot in bodies])
+    near: list[Least] = []
+    for (one, way), (other, its_way) in combinations(zip(bodies, ways, strict=True), 2):
+        if one[0] == other[0]:
             continue
-        seen, reach_m = other.way - one.way, one.radius_m + other.radius_m
-        if _at_least_m(seen) - reach_m > max(0.0, math.inf if nearest is None else nearest.distance_m):
-            continue
-        found = _least(instants_s, seen, reach_m, f"{one.what} and {other.what}")
-        if found.distance_m <= 0.0:
-            contacts.append(str(found))
-        if nearest is None or found.distance_m < nearest.distance_m:
-            nearest = found
-    return Between(nearest=nearest, contacts=tuple(contacts))
-
-
-def _way(rows: Floats, instants_s: Floats) -> Floats:
-    return np.stack([np.interp(instants_s, rows[:, 0], rows[:, column]) for column in (1, 2)], axis=1)
-
-
-def _at_least_m(seen: Floats) -> float:
-    """Less than this the way of one, as seen from the other, is never off it: quick, and too low."""
-    legs_m = np.hypot(*np.diff(seen, axis=0).T).max(initial=0.0)
-    return float(np.hypot(*seen.T).min() - legs_m / 2.0)
-
-
-def _least(instants_s: Floats, seen: Floats, reach_m: float, what: str) -> Least:
-    if len(seen) == 1:
-        return Least(distance_m=float(np.hypot(*seen[0])) - reach_m, t_s=float(instants_s[0]), what=what)
-    legs = shapely.linestrings(np.stack([seen[:-1], seen[1:]], axis=1))
-    here = shapely.Point(0.0, 0.0)
-    leg = int(shapely.distance(legs, here).argmin())
-    line = shapely.shortest_line(legs[leg], here)
-    length_m = math.dist(seen[leg], seen[leg + 1])
-    share = math.dist(seen[leg], line.coords[0]) / length_m if length_m > 0.0 else 0.0
-    t_s = float(instants_s[leg] + share * (instants_s[leg + 1] - instants_s[leg]))
-    return Least(distance_m=line.length - reach_m, t_s=t_s, what=what)
+        seen, hulls_m = its_way - way, sum(fleets[name][0].radius_m for name, _ in (one, other))
+        off_m = shapely.LineString(seen).distance(HERE.shape) - hulls_m
+        if off_m <= 0.0 or not near or off_m < near[-1].distance_m:  # a contact, or the nearest so far
+            what = " and ".join(f"robot {robot} of {name}" for name, robot in (one, other))
+            near.append(closest(instants_s, seen, HERE, hulls_m=hulls_m, what=what))
+    contacts = tuple(str(each) for each in near if each.distance_m <= 0.0)
+    return Between(nearest=least(near), contacts=contacts)
 
 
 def disagreements(

@@ -1,15 +1,17 @@
 """Judges true poses against a scene, over the whole motion. Pure.
 
-Rule 1: a body moves straight at constant speed between two samples. So its way is a polyline, and so is its
-        way as seen from another body or a moving obstacle: the least distance is that of a polyline.
+Rule 1: a body moves straight and evenly between two samples. So its way is a polyline, and so is its way as
+        seen from another body or from a moving obstacle: the least distance is that of a polyline.
 Rule 2: hulls keep `clearance_m` from obstacles and `separation_m` from each other, stay inside the bounds,
         and touch no moving obstacle while they drive themselves. Contact always breaks a promise.
-Rule 3: the fleet has arrived when a body stands at the goal, and the others stand in one chain behind it.
-        Robots that were killed or frozen on purpose need not.
+Rule 3: the fleet has arrived when a body stands at the goal, and each other one stands in place behind those
+        ahead of it. Robots that were killed or frozen on purpose need not.
+Rule 4: in place, a robot has come up to the ground ahead: the place of the robot ahead, and the ways that the
+        robots before it took from there on.
 """
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -19,14 +21,11 @@ from numpy.typing import NDArray
 
 from clew.judge.truth import Floats, Obstacle, Run, Scene
 
-Flags = NDArray[np.bool_]
-
-CLEARANCE, SEPARATION, ORDERS = (
-    "S1 (clearance)",
-    "S2 (separation)",
-    "S3 (orders)",
-)  # as docs/verdict.md has them
+# As docs/verdict.md has them.
+CLEARANCE, SEPARATION, ORDERS = "S1 (clearance)", "S2 (separation)", "S3 (orders)"
 ROUNDING_M = 1e-6  # of poses and of shapely; a hundredth of the least tolerance of any scenario of ours
+Flags = NDArray[np.bool_]
+HERE = Obstacle(name="", shape=shapely.Point(0.0, 0.0), radius_m=0.0, track=np.empty((0, 3)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +56,7 @@ class Finding:
     places_m: dict[int, tuple[float, float]]
     """Where each body stands at the end."""
     chain: tuple[int, ...]
-    """Who stands in one chain from the goal on, nearest first; without a goal, the longest chain."""
+    """Who stands in place, from the goal on; without a goal, the longest chain."""
     broken: tuple[str, ...]
     """Broken promises, each after its code and its name."""
     missed: tuple[str, ...]
@@ -71,15 +70,30 @@ class Finding:
 
 def judge(scene: Scene, run: Run) -> Finding:
     """Judge a run."""
-    tracks = [each.track[:, 0] for each in scene.movers if each.track is not None]
-    instants_s = np.unique(np.concatenate([*(rows[:, 0] for rows in run.poses.values()), *tracks, [0.0]]))
-    ways = {robot: _at(rows, instants_s) for robot, rows in run.poses.items()}
-    clearance = _least(_clearance(scene, robot, rows) for robot, rows in run.poses.items())
-    separation = _least(_separation(scene, instants_s, ways, *pair) for pair in combinations(ways, 2))
-    moving = _least(
-        _moving_clearance(scene, instants_s, robot, way, mover)
+    radius_m, movers = scene.radius_m, scene.movers
+    instants_s, each_way = at_the_same_instants([*run.poses.values(), *(each.track for each in movers)])
+    ways = dict(zip(run.poses, each_way, strict=False))
+    clearance = least(
+        closest(instants_s, way, nearest, hulls_m=radius_m, what=f"robot {robot} and {nearest.name}")
         for robot, way in ways.items()
-        for mover in scene.movers
+        for nearest in _nearest(scene, way)
+    )
+    moving = least(
+        closest(
+            instants_s,
+            way - track,
+            mover,
+            hulls_m=radius_m,
+            what=f"robot {robot} and {mover.name}",
+            counts=drives,
+        )
+        for robot, way in ways.items()
+        if (drives := (np.diff(way, axis=0) != 0.0).any(axis=1)).any()
+        for mover, track in zip(movers, each_way[len(ways) :], strict=True)
+    )
+    separation = least(
+        closest(instants_s, ways[b] - ways[a], HERE, hulls_m=2.0 * radius_m, what=f"robots {a} and {b}")
+        for a, b in combinations(ways, 2)
     )
     broken = [
         *_is_broken(CLEARANCE, clearance, scene.clearance_m),
@@ -88,98 +102,81 @@ def judge(scene: Scene, run: Run) -> Finding:
         *_outside(scene, run),
         *_jumps(scene, run),
     ]
-    places_m = {robot: (float(rows[-1, 1]), float(rows[-1, 2])) for robot, rows in run.poses.items()}
-    goal_m, chain = _chain(scene, run.harmed, places_m)
+    goal = shapely.Point(scene.goal_m) if scene.goal_m else None
+    off_m = {robot: goal.distance(shapely.Point(way[-1])) if goal else 0.0 for robot, way in ways.items()}
+    there_m = scene.goal_m_max + ROUNDING_M
+    # The nearest may be dead, and others stand in a chain of their own, within the tolerance, too.
+    chains = [_chain(scene, ways, robot) for robot in ways if off_m[robot] <= there_m]
+    chain = max(chains, key=lambda each: (len(set(each) - run.harmed), len(each)), default=())
+    goal_m = min(off_m.values(), default=math.inf) if goal else None
     return Finding(
         clearance=clearance,
         moving_clearance=moving,
         separation=separation,
         goal_m=goal_m,
-        reached=scene.goal_m is None
-        or any(_was_there(scene.goal_m, scene, rows) for rows in run.poses.values()),
-        places_m=places_m,
+        reached=any(not goal or goal.distance(shapely.LineString(way)) <= there_m for way in ways.values()),
+        places_m={robot: (float(way[-1, 0]), float(way[-1, 1])) for robot, way in ways.items()},
         chain=chain,
         broken=tuple(broken),
         missed=tuple(_missed(scene, run, goal_m, chain)),
     )
 
 
-def _least(found: Iterable[Least | None]) -> Least | None:
-    return min((each for each in found if each), key=lambda each: each.distance_m, default=None)
+def at_the_same_instants(tracks: Iterable[Floats]) -> tuple[Floats, list[Floats]]:
+    """The instants of all tracks, and the places (n, 2) of each at them; it stands before and after."""
+    tracks = list(tracks)
+    instants_s = np.unique(np.concatenate([[0.0], *(rows[:, 0] for rows in tracks)]))
+    instants_s = np.append(instants_s, instants_s[-1] + 1.0)  # there is a leg even where nothing moves
+    return instants_s, [
+        np.stack([np.interp(instants_s, rows[:, 0], rows[:, column]) for column in (1, 2)], axis=1)
+        for rows in tracks
+    ]
 
 
-def _at(rows: Floats, instants_s: Floats) -> Floats:
-    """The places at these instants."""
-    return np.stack([np.interp(instants_s, rows[:, 0], rows[:, column]) for column in (1, 2)], axis=1)
-
-
-def _approach(way: Floats, shape: shapely.Geometry, drives: Flags | None = None) -> tuple[float, int, float]:
-    """The least distance of a way from a shape, the leg that comes so near, and the share of the leg by then.
+def closest(
+    instants_s: Floats,
+    way: Floats,
+    thing: Obstacle,
+    *,
+    hulls_m: float,
+    what: str,
+    counts: Flags | None = None,
+) -> Least:
+    """The least distance on a way, as seen from what stands still there.
 
     Args:
-        way: places, (n, 2).
-        shape: where nothing may come near.
-        drives: the legs that count, (n - 1,); None: all.
+        instants_s: when the way is where (n,).
+        way: its places (n, 2).
+        thing: what stands still.
+        hulls_m: how much of the distance is hulls.
+        what: what comes near to what.
+        counts: the legs that count (n - 1,); None: all.
     """
     legs = shapely.linestrings(np.stack([way[:-1], way[1:]], axis=1))
-    legs_m = np.where(True if drives is None else drives, shapely.distance(legs, shape), math.inf)
+    legs_m = shapely.distance(legs, thing.shape)
+    if counts is not None:
+        legs_m[~counts] = math.inf
     leg = int(legs_m.argmin())
-    line = shapely.shortest_line(legs[leg], shape)
-    length_m = math.dist(way[leg], way[leg + 1])
-    share = math.dist(way[leg], line.coords[0]) / length_m if length_m > 0.0 else 0.0
-    return float(legs_m[leg]), leg, share
+    foot = shapely.shortest_line(legs[leg], thing.shape).coords[0]
+    share = math.dist(way[leg], foot) / (legs[leg].length or 1.0)
+    t_s = float(instants_s[leg] + share * (instants_s[leg + 1] - instants_s[leg]))
+    return Least(distance_m=max(float(legs_m[leg]) - thing.radius_m, 0.0) - hulls_m, t_s=t_s, what=what)
 
 
-def _then(instants_s: Floats, leg: int, share: float) -> float:
-    return float(instants_s[leg] + share * (instants_s[leg + 1] - instants_s[leg]))
+def least(found: Iterable[Least]) -> Least | None:
+    """The least of them."""
+    return min(found, key=lambda each: each.distance_m, default=None)
 
 
-def _stretched(rows: Floats) -> Floats:
-    """At least two rows, so that there is a leg."""
-    return rows if len(rows) > 1 else np.concatenate([rows, rows])
+def _nearest(scene: Scene, way: Floats) -> Iterator[Obstacle]:
+    """The obstacle to which a way comes nearest, if there is one."""
+    line = shapely.LineString(way)
+    yield from sorted(scene.obstacles, key=lambda each: line.distance(each.shape) - each.radius_m)[:1]
 
 
-def _clearance(scene: Scene, robot: int, rows: Floats) -> Least | None:
-    """The least clearance of a hull from what never moves."""
-    rows, nearest, least_m = _stretched(rows), None, math.inf
-    way = shapely.LineString(rows[:, 1:])
-    for each in scene.obstacles:
-        off_m = max(way.distance(each.shape) - each.radius_m, 0.0)
-        if off_m < least_m:
-            nearest, least_m = each, off_m
-    if nearest is None:
-        return None
-    _, leg, share = _approach(rows[:, 1:], nearest.shape)
-    t_s = _then(rows[:, 0], leg, share)
-    return Least(distance_m=least_m - scene.radius_m, t_s=t_s, what=f"robot {robot} and {nearest.name}")
-
-
-def _separation(
-    scene: Scene, instants_s: Floats, ways: dict[int, Floats], one: int, other: int
-) -> Least | None:
-    """The least distance between two hulls: of the way of one, seen from the other, from where it stands."""
-    instants_s, seen = _stretched(instants_s), _stretched(ways[other] - ways[one])
-    apart_m, leg, share = _approach(seen, shapely.Point(0.0, 0.0))
-    what = f"robots {one} and {other}"
-    return Least(distance_m=apart_m - 2.0 * scene.radius_m, t_s=_then(instants_s, leg, share), what=what)
-
-
-def _moving_clearance(
-    scene: Scene, instants_s: Floats, robot: int, way: Floats, mover: Obstacle
-) -> Least | None:
-    """The same of a hull and a moving obstacle, while the hull drives."""
-    assert mover.track is not None, "moving obstacles have tracks"
-    drives = (np.diff(way, axis=0) != 0.0).any(axis=1)
-    if not drives.any():
-        return None
-    off_m, leg, share = _approach(way - _at(mover.track, instants_s), mover.shape, drives)
-    off_m = max(off_m - mover.radius_m, 0.0) - scene.radius_m
-    return Least(distance_m=off_m, t_s=_then(instants_s, leg, share), what=f"robot {robot} and {mover.name}")
-
-
-def _is_broken(promise: str, least: Least | None, required_m: float) -> Iterator[str]:
-    if least is not None and (least.distance_m <= 0.0 or least.distance_m < required_m - ROUNDING_M):
-        yield f"{promise}: {least}, required {required_m:.4f} m"
+def _is_broken(promise: str, found: Least | None, required_m: float) -> Iterator[str]:
+    if found is not None and (found.distance_m <= 0.0 or found.distance_m < required_m - ROUNDING_M):
+        yield f"{promise}: {found}, required {required_m:.4f} m"
 
 
 def _outside(scene: Scene, run: Run) -> Iterator[str]:
@@ -201,35 +198,25 @@ def _jumps(scene: Scene, run: Run) -> Iterator[str]:
             yield f"{ORDERS}: robot {robot} jumps {legs_m[leg]:.4f} m at t={rows[leg, 0]:.2f} s"
 
 
-def _chain(
-    scene: Scene, harmed: frozenset[int], places_m: dict[int, tuple[float, float]]
-) -> tuple[float | None, tuple[int, ...]]:
-    """How near to the goal somebody stands, and the chain from there on with most robots that nobody harmed.
-
-    The nearest may be dead, and others stand in a chain of their own, within the goal's tolerance, too.
-    """
-    goal_m = scene.goal_m
-    off_m = {robot: 0.0 if goal_m is None else math.dist(at, goal_m) for robot, at in places_m.items()}
-    heads = [robot for robot in places_m if off_m[robot] <= scene.goal_m_max + ROUNDING_M]
-    chains = [_chain_from(scene, places_m, head) for head in heads]
-    longest = max(chains, key=lambda chain: (len(set(chain) - harmed), len(chain)), default=())
-    return None if goal_m is None else min(off_m.values(), default=math.inf), longest
-
-
-def _was_there(goal_m: tuple[float, float], scene: Scene, rows: Floats) -> bool:
-    return bool(np.hypot(*(rows[:, 1:] - goal_m).T).min() <= scene.goal_m_max + ROUNDING_M)
-
-
-def _chain_from(scene: Scene, places_m: dict[int, tuple[float, float]], head: int) -> tuple[int, ...]:
+def _chain(scene: Scene, ways: Mapping[int, Floats], head: int) -> tuple[int, ...]:
+    """The robot at the goal, and who stands in place behind it, behind that one and so on."""
+    places = {robot: shapely.Point(way[-1]) for robot, way in ways.items()}
     chain = [head]
-    for ahead in chain:  # it grows meanwhile
-        behind = [
-            robot
-            for robot in places_m
-            if robot not in chain and math.dist(places_m[robot], places_m[ahead]) <= scene.behind_m_max
-        ]
-        chain += sorted(behind, key=lambda robot: math.dist(places_m[robot], places_m[ahead]))
+    for number, ahead in enumerate(chain, start=1):  # it grows meanwhile
+        ground = shapely.multilinestrings(
+            [_from_there_on(ways[each], places[ahead], scene) for each in chain[:number]]
+        )
+        in_place = [robot for robot in ways if ground.distance(places[robot]) <= scene.behind_m_max]
+        chain += sorted(set(in_place) - set(chain), key=lambda robot: places[ahead].distance(places[robot]))
     return tuple(chain)
+
+
+def _from_there_on(way: Floats, place: shapely.Point, scene: Scene) -> shapely.LineString:
+    """The way from where it last passed a place; if it began beyond, straight from there to its start."""
+    legs = shapely.linestrings(np.stack([way[:-1], way[1:]], axis=1))
+    legs_m = shapely.distance(legs, place)
+    last = int(np.flatnonzero(legs_m <= legs_m.min() + scene.drift_m)[-1])
+    return shapely.LineString([place.coords[0], *way[last + 1 :]])
 
 
 def _missed(scene: Scene, run: Run, goal_m: float | None, chain: tuple[int, ...]) -> Iterator[str]:

@@ -19,15 +19,14 @@ from typing import Any
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from shapely.affinity import rotate, translate
 
 Floats = NDArray[np.float64]
 
 ELLIPSE_CORNERS = 2048  # the polygon is off the ellipse by a millionth of its longer axis
 HARM = {"kill", "freeze"}
 UNCERTIFIED = {"printed", "resultant"}  # the paper's laws; every other promises clearance
-IN_PLACE = 1.5
-"""In place, a robot keeps `separation + mu0` off the way on which the robots ahead stand. On a bend its
-nearest part may be halfway between two of them, so half of that more is allowed."""
+DRIFT = 2.0  # a body is off its path by mu0 at most, on each side: twice on one way
 BOUNDS = ("x_m_min", "y_m_min", "x_m_max", "y_m_max")
 
 
@@ -53,9 +52,9 @@ class Obstacle:
 
     name: str
     shape: shapely.Geometry
-    radius_m: float = 0.0
-    track: Floats | None = None
-    """Rows of t, x, y; it stands before the first and after the last."""
+    radius_m: float
+    track: Floats
+    """Rows of t, x, y; it stands before the first and after the last. Empty: it never moves."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +72,9 @@ class Scene:
     clearance_m: float
     separation_m: float
     behind_m_max: float
-    """The largest distance between the centres of two robots, one in place behind the other."""
+    """The largest distance of a robot in place from the ground of the robots ahead, centre to centre."""
+    drift_m: float
+    """How far apart two bodies may be that drive on one path."""
     speed_mps_max: float
     """Faster than this no body drives."""
 
@@ -166,23 +167,25 @@ def _scene(raw: dict[str, Any], law: str) -> Scene:
         radius_m=fleet["robot_radius_m"],
         clearance_m=raw["law"]["epsilon_m"] - mu0_m if promises else 0.0,
         separation_m=max(fleet["separation_m"] - mu0_m, 0.0) if promises else 0.0,
-        behind_m_max=IN_PLACE * (2.0 * fleet["robot_radius_m"] + fleet["separation_m"] + mu0_m),
+        # Robots keep two radii, the separation and mu0, come within mu0 of that, and are mu0 off their path.
+        behind_m_max=2.0 * fleet["robot_radius_m"] + fleet["separation_m"] + 3.0 * mu0_m,
+        drift_m=DRIFT * mu0_m,
         speed_mps_max=raw["drive"]["speed_mps_max"],
     )
 
 
 def _obstacle(name: str, raw: dict[str, Any]) -> Obstacle:
-    track = np.array(raw["track"], dtype=np.float64) if "track" in raw else None
     x_m, y_m = raw.get("centre_m", (0.0, 0.0))
-    if raw["shape"] == "circle":
-        return Obstacle(name=name, shape=shapely.Point(x_m, y_m), radius_m=raw["radius_m"], track=track)
+    shape: shapely.Geometry = shapely.Point(x_m, y_m)
     if raw["shape"] == "polygon":
-        return Obstacle(name=name, shape=shapely.Polygon(raw["vertices_m"]), track=track)
-    bearings = np.linspace(0.0, math.tau, ELLIPSE_CORNERS, endpoint=False)
-    along, across = raw["semi_axes_m"][0] * np.cos(bearings), raw["semi_axes_m"][1] * np.sin(bearings)
-    cosine, sine = math.cos(raw.get("rotation_rad", 0.0)), math.sin(raw.get("rotation_rad", 0.0))
-    ring = np.stack([x_m + cosine * along - sine * across, y_m + sine * along + cosine * across], axis=1)
-    return Obstacle(name=name, shape=shapely.Polygon(ring), track=track)
+        shape = shapely.Polygon(raw["vertices_m"])
+    elif raw["shape"] == "ellipse":
+        bearings = np.linspace(0.0, math.tau, ELLIPSE_CORNERS, endpoint=False)
+        ring = np.stack([np.cos(bearings), np.sin(bearings)], axis=1) * raw["semi_axes_m"]
+        turned = rotate(shapely.Polygon(ring), raw.get("rotation_rad", 0.0), origin=(0, 0), use_radians=True)
+        shape = translate(turned, x_m, y_m)
+    track = np.array(raw.get("track", ()), dtype=np.float64)
+    return Obstacle(name=name, shape=shape, radius_m=raw.get("radius_m", 0.0), track=track)
 
 
 def _as_scenario(raw: dict[str, Any]) -> dict[str, Any]:

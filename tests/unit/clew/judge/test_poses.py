@@ -124,9 +124,34 @@ def test_nobody_at_the_goal_is_no_arrival(short_m: float, arrived: bool) -> None
 
 
 def test_followers_that_stand_too_far_back_have_not_arrived() -> None:
-    finding = found(queue(4.0, 4.0 - 1.49 * KEEP_M, 4.0 - 3.0 * KEEP_M, 1.0))
+    second_m = 4.0 - KEEP_M - 0.039  # within 2 mu0
+    finding = found(queue(4.0, second_m, second_m - KEEP_M - 0.041, 1.0))
     assert finding.chain == (1, 2)
     assert [each[:7] for each in finding.missed] == ["robot 3", "robot 4"]
+
+
+@pytest.mark.parametrize(("bend_m", "arrived"), [(0.3, True), (0.2, False)])
+def test_on_a_bend_a_robot_stands_as_near_to_the_way_of_those_ahead(bend_m: float, arrived: bool) -> None:
+    bend = [(4.0, 1.0), (4.0, KEEP_M), (4.0 - bend_m, KEEP_M), (4.0 - bend_m, 0.0), (4.0, 0.0)]
+    leads = poses(1, *((2.0 * t_s, *at) for t_s, at in enumerate(bend)))
+    follows = poses(2, (0.0, 4.0, 1.0 + KEEP_M), (9.0, 4.0, KEEP_M))
+    last = poses(
+        3, (0.0, 3.4, 1.0), (9.0, 3.4, KEEP_M / 2.0)
+    )  # 0.30 m from the bend, 0.62 m from both robots
+    finding = found([*leads, *follows, *last])
+    assert finding.ok is arrived
+    assert finding.chain == ((1, 2, 3) if arrived else (1, 2))
+
+
+def test_the_ground_behind_the_robot_ahead_is_not_the_ground_ahead() -> None:
+    leads = poses(1, (0.0, 2.0, 0.0), (9.0, 4.0, 0.0))
+    assert found([*leads, *poses(2, (0.0, 1.0, 0.0), (9.0, 3.0, 0.0))]).chain == (1,)
+
+
+def test_a_strand_that_has_not_passed_the_place_of_a_robot_stands_on_straight_legs() -> None:
+    leads = poses(1, (0.0, 3.6, 0.0), (9.0, 4.0, 0.0))
+    finding = found([*leads, *poses(2, (0.0, 3.4, 0.0), (9.0, 3.73, 0.0)), *poses(3, (0.0, 3.46, 0.0))])
+    assert finding.chain == (1, 2, 3)
 
 
 def test_a_robot_that_was_killed_need_not_arrive() -> None:

@@ -64,7 +64,7 @@ def test_a_scene_in_json_means_the_same_as_its_scenario(tmp_path: Path) -> None:
     assert scene.movers[0].name == "moving obstacle 7"
     assert (scene.goal_m, scene.bounds) == ((3, 4), (0, 1, 2, 3))
     lengths_m = (scene.radius_m, scene.clearance_m, scene.separation_m, scene.goal_m_max, scene.behind_m_max)
-    assert lengths_m == pytest.approx((0.2, 0.045, 0.045, 0.305, 1.5 * 0.455))
+    assert lengths_m == pytest.approx((0.2, 0.045, 0.045, 0.305, 0.465))
 
 
 @pytest.mark.parametrize("law", ["printed", "resultant"])

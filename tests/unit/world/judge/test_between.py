@@ -84,6 +84,7 @@ def test_leaving_out_far_pairs_changes_nothing_and_the_second_judge_agrees(seed:
         clearance_m=0.0,
         separation_m=0.0,
         behind_m_max=1.0,
+        drift_m=0.0,
         speed_mps_max=1.0,
     )
     runs = {
