@@ -52,9 +52,11 @@ ASIDE = (-1.0, HALF_WIDTH_M + 3.0)
 CORNERS: dict[str, list[shapely.Polygon]] = {
     "none": [],
     "10 degrees inside a wall": [wedge(IN_THE_WALL, 10.0, 0.4)],
+    "1 degree inside a wall": [wedge(IN_THE_WALL, 1.0, 0.4)],
     "10 degrees elsewhere": [wedge(ASIDE, 10.0, 1.0)],
     "5 degrees elsewhere": [wedge(ASIDE, 5.0, 1.0)],
     "3 degrees elsewhere": [wedge(ASIDE, 3.0, 1.5)],
+    "1.15 degrees elsewhere": [wedge(ASIDE, 1.15, 1.5)],
 }
 
 
@@ -68,6 +70,19 @@ def test_a_sharp_corner_elsewhere_does_not_close_a_corridor_with_6_percent_to_sp
     assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
     placed = [entry for _, entry in rehearsal.entries if isinstance(entry.record, RobotPlaced)]
     assert placed == [], "a queue in a corridor is a strand"
+
+
+@pytest.mark.parametrize(("spare", "ending"), [(SPARE, Ending.ROUTE_LOST), (0.07, Ending.ARRIVED)])
+def test_what_7200_rays_from_one_place_may_miss_beside_1_degree_takes_5_percent(
+    spare: float, ending: Ending
+) -> None:
+    """At 6 % it is 0.02 mm too much, with the range error: no step is certified, and so no other place."""
+    corner = wedge(ASIDE, 1.0, 1.5)
+    half_width_m = (1.0 + spare) * (RADIUS_M + EPSILON_M)
+    rehearsal = Rehearsal(zigzag(corner, half_width_m=half_width_m), seed=1)
+    rehearsal.run()
+    assert rehearsal.world.ending is ending
+    assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
 
 
 def test_scans_from_other_places_leave_open_what_one_scan_cannot() -> None:
