@@ -6,7 +6,8 @@ Rule 2: the file is a stream of msgpack that is only appended to: the head, then
         then the reason for its end. It is packed by gzip as one stream, which is flushed after each record:
         what repeats costs some bytes, and a killed process leaves what it has written. Older journals are not
         packed.
-Rule 3: its size is bounded: a full journal says so and records no more.
+Rule 3: its size is bounded: a full journal says so and records no more. It keeps the beginning, not the end,
+        since a core is replayed from its first input on.
 Rule 4: a robot drives on without a journal. If its folder does not exist, as on another computer, none is
         kept.
 """
@@ -32,11 +33,12 @@ from protocol.files.writing import make_folder, open_private
 from protocol.frames import Count, RobotId, Seconds
 from protocol.keys import robot_name
 from protocol.mission import Mission
+from protocol.network.session import INPUTS_BYTES_MAX
 from protocol.wire.codec import REASON_LENGTH_MAX, packed
 
 SCHEMA = "clew-inputs/2"
 SUFFIX = ".clew"
-SIZE_BYTES_MAX = 268_435_456  # packed: more than half an hour of scans of 1440 rays (13 kB) every 0.1 s
+FULL = "full"  # why a journal ends that has no more room
 PACKED = b"\x1f\x8b"  # how a gzip stream begins; a msgpack array does not
 LEVEL = 1  # a quarter of the size for 5 us a record; level 6 takes 7 us and saves 5 % more
 GZIP = 31  # zlib's parameter for gzip with the largest window
@@ -103,7 +105,7 @@ class Given:
 class Journal:
     """Writes one robot's journal; without a file it writes nothing."""
 
-    def __init__(self, file: FileIO | None = None, *, size_bytes_max: int = SIZE_BYTES_MAX) -> None:
+    def __init__(self, file: FileIO | None = None, *, size_bytes_max: int = INPUTS_BYTES_MAX) -> None:
         self._file = file
         self._left_bytes = size_bytes_max
         self._gzip = zlib.compressobj(LEVEL, zlib.DEFLATED, GZIP)
@@ -139,7 +141,7 @@ class Journal:
         if isinstance(record, End):
             piece += self._gzip.flush()
         elif self._left_bytes < 0:
-            piece += self._gzip.compress(packed(End("full"))) + self._gzip.flush()
+            piece += self._gzip.compress(packed(End(FULL))) + self._gzip.flush()
         left = memoryview(piece)
         try:
             while left:
@@ -156,7 +158,7 @@ class Journal:
         self._file = None
 
 
-def open_journal(folder: Path | None, head: Head) -> Journal:
+def open_journal(folder: Path | None, head: Head, *, size_bytes_max: int = INPUTS_BYTES_MAX) -> Journal:
     """A journal in this folder, which is created if its parent exists; else one without a file."""
     if folder is None:
         return Journal()
@@ -164,9 +166,10 @@ def open_journal(folder: Path | None, head: Head) -> Journal:
         if not folder.parent.is_dir():
             return Journal()
         make_folder(folder)
-        journal = Journal(open_private(folder / f"{robot_name(head.robot)}-{head.incarnation}{SUFFIX}", "x"))
+        file = open_private(folder / f"{robot_name(head.robot)}-{head.incarnation}{SUFFIX}", "x")
     except OSError:
         return Journal()
+    journal = Journal(file, size_bytes_max=size_bytes_max)
     journal.begin(head)
     return journal
 
@@ -228,6 +231,8 @@ class Recording:
         """What is wrong with the last record that was read, or None."""
         self.damaged = False
         """Whether the flaw is more than a torn last record, which a killed writer leaves."""
+        self.heard_s = 0.0
+        """The time of the newest input that was read."""
         try:
             self._records = self._read()
             head = next(self._records, None)
@@ -237,13 +242,21 @@ class Recording:
             raise UsageError(f"{path}: does not begin as a journal of schema {SCHEMA!r}")
         self.head = head
 
+    @property
+    def unkept(self) -> str | None:
+        """What a full journal lacks, in a sentence; None of others, or before its end has been read."""
+        if self.ended != FULL:
+            return None
+        whose = f"inputs of {robot_name(self.head.robot)} after t={self.heard_s:.1f} s"
+        return f"{whose} were not kept: its journal was full (clew run --keep)"
+
     def turns(self) -> Iterator[Turn]:
         """All turns, oldest first, up to the first record that cannot be read."""
         heard: Input | None = None
         for record in self._records:
             match record:
                 case Input() if heard is None and self.ended is None:
-                    heard = record
+                    heard, self.heard_s = record, record.now_s
                 case Decision() if heard is not None and self.ended is None:
                     yield Turn(heard, record)
                     heard = None

@@ -103,7 +103,7 @@ async def run(
         inputs = None if session.inputs is None else Path(session.inputs)
         head = Head(robot=robot, incarnation=incarnation, mission=mission, life=life_number, again=again)
         core = Robot(robot, mission, life=life_number, again=again)
-        return await shell.run(core, open_journal(inputs, head))
+        return await shell.run(core, open_journal(inputs, head, size_bytes_max=session.inputs_bytes_max))
 
 
 def heard(keys: Keys, name: str) -> list[str]:

@@ -15,7 +15,7 @@ from enum import Enum
 from pathlib import Path
 
 from clew.fleet.folder import LATEST, RUNS, drop_folder, folder_name, make_folder
-from clew.fleet.request import Request
+from clew.fleet.request import MIB_BYTES, Request
 from protocol import laws
 from protocol.errors import UsageError
 from protocol.faults.fit import check_fits
@@ -141,7 +141,8 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
         endpoints=_endpoints(request, private),
         interlink=free_endpoint() if request.routers > 1 else None,
         passwords=request.connect is None,
-        inputs=folder.absolute() / INPUTS,
+        inputs=folder.absolute() / INPUTS if request.keep > 0.0 else None,
+        inputs_bytes_max=max(1, round(request.keep * MIB_BYTES)),
     )
     if request.connect is not None:
         asyncio.run(probe(read_session(private / f"{WORLD}.json")))

@@ -3,6 +3,9 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+MIB_BYTES = 1 << 20
+KEEP_MIB_MAX = 1 << 20  # a TiB: more than a disk has for each robot
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
@@ -22,6 +25,8 @@ class Request:
     quiet: bool
     view: bool
     routers: int
+    keep: float
+    """How many MiB of inputs each process of a robot keeps."""
     held: bool
     """Whether the run goes on only as far as it is asked to; for `max`."""
     connect: str | None

@@ -164,8 +164,8 @@ def _flaws(recording: Recording, *, going_on: bool) -> Iterator[str]:
         yield recording.flaw
     if recording.ended is None:
         yield "the journal has no end: its process was killed, or it failed"
-    elif recording.ended == "full":
-        yield "the journal was full before the run was over"
+    elif recording.unkept is not None:
+        yield recording.unkept
 
 
 def sentences(replayed: Replay) -> Iterator[str]:

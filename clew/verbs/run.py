@@ -12,7 +12,7 @@ from typing import Any
 import click
 
 from clew.fleet.options import speed_of
-from clew.fleet.request import Request
+from clew.fleet.request import KEEP_MIB_MAX, MIB_BYTES, Request
 from clew.verbs.options import (
     DEPLOYMENT,
     FAULTS,
@@ -27,7 +27,7 @@ from clew.verbs.options import (
 from protocol.asked import ignore, listen
 from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
-from protocol.network.session import ROUTERS_MAX
+from protocol.network.session import INPUTS_BYTES_MAX, ROUTERS_MAX
 
 
 class Requests:
@@ -104,6 +104,14 @@ def _endpoint(_ctx: click.Context, _param: click.Parameter, said: str | None) ->
     default=1,
     show_default=True,
     help="With 2, one takes over when the other dies.",
+)
+@click.option(
+    "--keep",
+    type=click.FloatRange(0.0, KEEP_MIB_MAX),
+    default=INPUTS_BYTES_MAX / MIB_BYTES,
+    show_default=True,
+    metavar="MIB",
+    help="How much of its inputs, from the start, each process of a robot keeps for replay; 0: nothing.",
 )
 @VERSION
 @click.pass_context

@@ -32,6 +32,7 @@ UNIX_SOCKET_PATH_BYTES_MAX = 107  # sockaddr_un of Linux: 108 with the closing N
 ROUTER_FILE = "router.json"
 USERS_FILE = "users"
 SESSION_BYTES_MAX = 1 << 20  # a session takes some hundred, the router's 200 bytes for each robot
+INPUTS_BYTES_MAX = 1 << 28  # packed: more than half an hour of scans of 1440 rays (13 kB) every 0.1 s
 INPUTS = "inputs"  # a subfolder of the run's folder: the inputs and decisions of the robots
 
 
@@ -49,6 +50,8 @@ class Session(Struct, frozen=True, kw_only=True):
     password: str | None = None
     inputs: str | None = None
     """The folder for the inputs and decisions of robots; they are not kept if it is None or missing."""
+    inputs_bytes_max: Annotated[int, Meta(ge=1)] = INPUTS_BYTES_MAX
+    """How much of them each process keeps, packed: their beginning."""
 
     @property
     def keys(self) -> Keys:
@@ -91,6 +94,7 @@ def write_sessions(
     interlink: str | None = None,
     passwords: bool = True,
     inputs: Path | None = None,
+    inputs_bytes_max: int = INPUTS_BYTES_MAX,
 ) -> None:
     """Write `world.json`, `r1.json`, ... and, with passwords, the files of our own routers.
 
@@ -127,6 +131,7 @@ def write_sessions(
                 user=user,
                 password=secret_of.get(name),
                 inputs=None if inputs is None else str(inputs),
+                inputs_bytes_max=inputs_bytes_max,
             )
             _write_private(folder / f"{name}.json", msgspec.json.encode(session))
         if passwords:

@@ -80,8 +80,8 @@ class Process:
         self.robot = recording.head.robot
         self.name = robot_name(self.robot)
         self.turns: tuple[Turn, ...] = tuple(recording.turns())
-        self.flaw = recording.flaw
-        """What is wrong with the last record that was read, or None."""
+        self.flaw = recording.flaw or recording.unkept
+        """What is wrong with the last record that was read, or what was not kept; or None."""
 
     def commands(self, turn: int, *, only: type[Command] | None = None) -> Iterator[Command]:
         """The recorded commands of a turn, or those of one kind."""

@@ -2,10 +2,11 @@
 
 Rule 1: new cores get the recorded inputs, as `clew.log.replay` gives them. What is shown is the state of the
         new core; `differs` says whether one of its decisions up to here is not the recorded one.
+Rule 2: what a full journal has not kept is refused, not guessed.
 """
 
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -55,16 +56,18 @@ def moments(run: Path, *, until_s: float, robot: int | None) -> list[Stop]:
     """Each robot, or one, after its last input up to then.
 
     Raises:
-        UsageError: there are no inputs of them up to then.
+        UsageError: there are no inputs of them up to then, or they were not kept.
     """
     newest: dict[int, Stop] = {}
+    read: dict[int, Recording] = {}
     for recording in _recordings(run, robot):
         number = recording.head.robot
         for stop in deque(_stops(recording, until_s), maxlen=1):
             if number not in newest or newest[number].heard.now_s <= stop.heard.now_s:
-                newest[number] = stop
+                newest[number], read[number] = stop, recording
     if not newest:
         raise UsageError(f"{run}: no inputs up to t={until_s:g} s")
+    _check_kept(run, read.values(), until_s)
     return [newest[number] for number in sorted(newest)]
 
 
@@ -72,14 +75,25 @@ def first(run: Path, said: Condition, *, until_s: float | None, robot: int | Non
     """The first event of all robots, or of one, after which the expression is true; None: it never is.
 
     Raises:
-        UsageError: there are no inputs, or the expression compares what cannot be.
+        UsageError: there are no inputs, or not all were kept before it is true, or the expression compares
+            what cannot be.
     """
     found: list[Stop] = []
-    for recording in _recordings(run, robot):
+    recordings = _recordings(run, robot)
+    for recording in recordings:
         limit_s = min((each.heard.now_s for each in found), default=until_s)
         hits = (each for each in _stops(recording, limit_s) if said.holds(asdict(each.state)))
         found += [hit for hit in (next(hits, None),) if hit is not None]
-    return min(found, key=lambda each: (each.heard.now_s, each.head.robot), default=None)
+    earliest = min(found, key=lambda each: (each.heard.now_s, each.head.robot), default=None)
+    _check_kept(run, recordings, until_s if earliest is None else earliest.heard.now_s)
+    return earliest
+
+
+def _check_kept(run: Path, recordings: Iterable[Recording], until_s: float | None) -> None:
+    """Rule 2, of journals that were read up to then, or to their ends."""
+    for recording in recordings:
+        if recording.unkept is not None and (until_s is None or recording.heard_s < until_s):
+            raise UsageError(f"{run}: {recording.unkept}")
 
 
 def gaps(run: Path, robot: int | None) -> list[str]:

@@ -69,6 +69,19 @@ def test_the_resolved_request_is_written_into_the_runs_folder(private: Path, tmp
 
 
 @pytest.mark.parametrize(
+    ("arguments", "kept", "bytes_max"),
+    [((), True, 256 << 20), (("--keep", "2.5"), True, 5 << 19), (("--keep", "0"), False, None)],
+)
+def test_robots_keep_as_much_of_their_inputs_as_was_asked(
+    private: Path, arguments: tuple[str, ...], kept: bool, bytes_max: int | None
+) -> None:
+    made(private, *arguments)
+    session = read_session(private / "r2.json")
+    assert (session.inputs is not None) is kept
+    assert bytes_max in {None, session.inputs_bytes_max}
+
+
+@pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
         (["-n", "0"], "Invalid value for '-n' / '--robots': 0 is not in the range"),

@@ -1,6 +1,7 @@
 """`clew replay --until` and `--break`: a core's state at a moment, and the first event that made it so."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import msgspec
 import pytest
 
 from agents.body.driver import Driver
+from agents.process.journal import Given, Recording, open_journal
 from clew.log.journals.condition import LENGTH_MAX, Condition
 from clew.log.journals.state import NAMES
 from clew.log.timeline import read
@@ -150,6 +152,58 @@ def test_an_expression_is_read_as_it_stands(text: str, *, is_true: bool) -> None
 def test_any_other_expression_is_refused_before_anything_runs(text: str) -> None:
     with pytest.raises(UsageError):
         Condition(text, tuple(VALUES)).holds(VALUES)
+
+
+@pytest.fixture(scope="module")
+def cut(run: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same, in which robot 2 kept the beginning of its inputs."""
+    folder = tmp_path_factory.mktemp("cut") / "run"
+    shutil.copytree(run, folder)
+    [path] = (folder / INPUTS).glob("r2-*")
+    recording = Recording(path)
+    turns = list(recording.turns())
+    path.unlink()
+    journal = open_journal(folder / INPUTS, recording.head, size_bytes_max=path_bytes(run, 2) // 2)
+    for turn in turns:
+        assert turn.decision is not None
+        journal.hear(Given(turn.event, turn.input.key, turn.input.number), turn.input.now_s)
+        journal.decide(turn.decision)
+    assert not journal.keeps
+    return folder
+
+
+def path_bytes(run: Path, robot: int) -> int:
+    [path] = (run / INPUTS).glob(f"r{robot}-*")
+    return path.stat().st_size
+
+
+def test_what_was_kept_of_the_inputs_replays_exactly(cut: Path) -> None:
+    said = clew("replay", cut)
+    assert said.exit_code == 0
+    assert re.search(
+        r"robot 2 \(\w+\): inputs of r2 after t=\d+\.\d s were not kept: its journal was full", said.stdout
+    )
+    said = clew("replay", cut, "--until", "2", "--robot", "2", "--json")
+    assert (said.exit_code, json.loads(said.stdout)["differs"]) == (0, None)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [("--until", "18"), ("--until", "18", "--robot", "2"), ("--break", "t_s > 18"), ("--break", "t_s > 1e9")],
+)
+def test_a_moment_whose_inputs_were_not_kept_is_refused(cut: Path, options: tuple[str, ...]) -> None:
+    said = clew("replay", cut, *options)
+    assert (said.exit_code, said.stdout) == (2, "")
+    assert "inputs of r2 after t=" in said.stderr
+    assert "were not kept: its journal was full" in said.stderr
+
+
+def test_an_event_before_the_kept_inputs_end_is_found(cut: Path) -> None:
+    assert clew("replay", cut, "--break", "state == 'member'").exit_code == 0
+
+
+def test_messages_say_which_inputs_were_not_kept(cut: Path) -> None:
+    assert "inputs of r2 after t=" in clew("log", "messages", cut, "--robot", "2").stderr
 
 
 def test_a_wrong_expression_exits_2_and_names_the_names(run: Path) -> None:
