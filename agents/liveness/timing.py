@@ -8,6 +8,9 @@ from dataclasses import dataclass, replace
 from protocol.mission import Mission
 
 ODOMETRY_S = 0.1  # the world's period
+PLACED_S = (
+    120.0  # a robot finds its way to its place: two turns of a minute in ground 4 m by 4 m full of dead ends
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,6 +76,7 @@ class Timing:
             coordinator_s=3.0 * ping_s,
             reports_s=2.5 * ping_s,
             shared_draws_s=ODOMETRY_S * mission.robots,
+            view_s=max(300.0, PLACED_S * mission.robots),
         )
 
     def slower(self, in_vain: int) -> "Timing":
