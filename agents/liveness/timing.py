@@ -55,8 +55,6 @@ class Timing:
     """Other leaders are tried for so long."""
     plea_s: float = 1.0
     """A robot that is left out asks so often."""
-    first_plea_s: float = 3.5
-    """One that was started again asks for the first time after that."""
     plea_again_s: float = 2.0
     """The same robot is let in again after so long; each time twice as long."""
     plea_again_s_max: float = 60.0

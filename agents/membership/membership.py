@@ -15,13 +15,14 @@ from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import Command, Note, Say
 from agents.coordinating.coordinator import Coordinator
+from agents.due import is_due
 from agents.events import LinkHeard
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
 from agents.membership.assembly import Assembly
 from agents.membership.joining import Joining
 from agents.membership.past import Past
-from agents.membership.pleas import Pleading, Pleas
+from agents.membership.pleas import Pleas
 from agents.membership.proposing import Proposing
 from agents.membership.reporting import Reporter
 from agents.membership.states import Happening, State, after
@@ -59,11 +60,12 @@ class Membership:
         self.coordinator: Coordinator | None = None
         self._fence = Fence()
         self._again = again
+        self._has_begun = False
         self._reporter: Reporter | None = None
         self._joining: Joining | None = None
         self._taker: TurnTaker | None = None
         self._assembly = Assembly()
-        self._pleading = Pleading(robot, life, self._timing, again)
+        self._pleaded_at_s = -float("inf")
         self._own_number = 0
 
     @property
@@ -76,8 +78,8 @@ class Membership:
     def enter(self, now_s: float) -> list[Command]:
         """New odometry has come: take in the fence that it tells."""
         self.suspicion.live(now_s)  # from the first odometry on
-        if self._pleading.since_s is None:
-            self._pleading.begin(now_s)
+        if not self._has_begun:
+            self._has_begun = True
             odometry = self._driver.odometry
             if self._again or odometry.ordered > 0 or odometry.t_s > LATE_S:
                 self._driver.start_again()
@@ -270,8 +272,13 @@ class Membership:
     def _plead(self, now_s: float) -> list[Command]:
         """Ask the leader that odometry names to be let in."""
         self._driver.stand()
-        answer = None if self._reporter is None else self._reporter.answer
-        return self._pleading.act(self._fence, now_s, stranded=answer is not None and answer.stranded)
+        fence, answer = self._fence, None if self._reporter is None else self._reporter.answer
+        due = is_due(last_s=self._pleaded_at_s, every_s=self._timing.plea_s, now_s=now_s)
+        if fence.may is not May.ALL or fence.robot == self._robot or not due:
+            return []
+        self._pleaded_at_s = now_s
+        stranded = answer is not None and answer.stranded
+        return [Say(fence.robot, Plea(epoch=fence.epoch, life=self._life, stranded=stranded))]
 
     def _deliver(self, commands: Iterable[Command], now_s: float) -> list[Command]:
         """Rule 3: what a coordinator says to itself arrives at once."""

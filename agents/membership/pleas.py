@@ -9,42 +9,11 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from agents.commands import Command, Say
-from agents.due import is_due
 from agents.liveness.raising import Reason
 from agents.liveness.timing import Timing
-from protocol.fence import Cause, Fence, May
-from protocol.wire.view import Plea
+from protocol.fence import Cause
 
 STOP_S = 5.0  # two steps of a strand in the open
-
-
-@dataclass(slots=True)
-class Pleading:
-    """What one robot that is left out says to the leader that its own odometry names."""
-
-    robot: int
-    life: int
-    timing: Timing
-    again: bool
-    """Whether its process follows a dead one."""
-    since_s: float | None = None
-    """When its first odometry came."""
-    _said_at_s: float = -float("inf")
-
-    def begin(self, now_s: float) -> None:
-        """It has its first odometry."""
-        self.since_s = now_s
-
-    def act(self, fence: Fence, now_s: float, *, stranded: bool) -> list[Command]:
-        """Ask to be let in, if it is time."""
-        early = self.again and now_s - (self.since_s or 0.0) < self.timing.first_plea_s
-        if fence.may is not May.ALL or early or fence.robot == self.robot:
-            return []
-        if not is_due(last_s=self._said_at_s, every_s=self.timing.plea_s, now_s=now_s):
-            return []
-        self._said_at_s = now_s
-        return [Say(fence.robot, Plea(epoch=fence.epoch, life=self.life, stranded=stranded))]
 
 
 @dataclass(slots=True)

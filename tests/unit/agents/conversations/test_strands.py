@@ -11,7 +11,7 @@ from protocol.fence import Cause, Epoch, May, Raise
 from protocol.frames import Pose
 from protocol.timeline import FenceChanged, RobotHeld, SegmentChecked, ViewProposed
 from protocol.wire.messages import AheadState, BehindState, Drive, Odometry
-from protocol.wire.view import Answer, Formation, Report
+from protocol.wire.view import Answer, Formation, Plea, Report
 from tests.support.stages.view_stage import Post, ViewStage, of
 
 STATES = (AheadState, BehindState)
@@ -225,6 +225,14 @@ def test_a_robot_that_reports_too_late_is_left_out_and_let_in_by_its_plea() -> N
     causes = [change.cause for change in stage.records_of(FenceChanged) if change.cause is not None]
     assert Cause.PLEA in causes
     assert any(post.thing.out for post in stage.sent(of(Answer, receiver=3)))
+
+
+def test_a_robot_that_was_started_again_asks_to_be_let_in_as_soon_as_it_is_left_out() -> None:
+    stage = ViewStage.driving()
+    stage.kill(3)
+    stage.run(lambda: stage.fence.may is May.ALL and stage.fence.members == 2)
+    stage.start(3)
+    stage.run(lambda: bool(stage.sent(of(Plea, sender=3))), s_max=1.0)
 
 
 def test_a_robot_that_does_not_count_for_now_goes_on_reporting_until_the_formation_leaves_it_out() -> None:
