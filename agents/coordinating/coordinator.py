@@ -87,8 +87,9 @@ class Coordinator:
 
     @property
     def stranded(self) -> frozenset[int]:
-        """The robots that have reported, and found no way to a place in the formation."""
-        return frozenset() if self.plan is None else frozenset(self._reports) - set(self.plan.order)
+        """The robots that have had a turn, and found no way to a place in the formation."""
+        plan, had_turn = self.plan, {robot for robot in self._reports if self._turns.put_for(robot) > 0}
+        return frozenset() if plan is None else frozenset(had_turn.difference(plan.order))
 
     def drafted(self, now_s: float) -> Drafted:
         """What it has drafted; once the formation is made, that."""

@@ -108,7 +108,7 @@ class Telling:
             heard=report.number,
             after_turn=self._turns.put_for(robot),
             out=self.plan is not None,
-            stranded=self.plan is not None and robot in counted,
+            stranded=self.plan is not None and robot in counted and self._turns.put_for(robot) > 0,
             question=self._questions.pending(robot),
             join=join if has_turn else None,
             rank=rank,

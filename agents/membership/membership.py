@@ -185,7 +185,7 @@ class Membership:
         member = self.member
         if member is None or not member.leads:
             return []
-        if robot not in self.suspicion.suppressed(now_s) and not member.leaves_dead_end:
+        if robot not in self.suspicion.suppressed(now_s):
             self._pleas.hear(robot, now_s, stranded=plea.stranded, arrived=member.rests)
         return [Say(robot, Answer(epoch=plea.epoch, life=plea.life, heard=0, out=True))]
 

@@ -1,7 +1,7 @@
 """How robots that are left out are let in: they ask the leader, and the leader proposes a view. Liveness.
 
 Rule 1: a leader lets the same robot in again after a time that doubles, to a limit, so that one that keeps
-        failing does not stop the others all the time. It lets no robot in while its strand leaves a dead end.
+        failing does not stop the others all the time.
 Rule 2: it proposes that view when it next stands, or after `STOP_S`.
 """
 

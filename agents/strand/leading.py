@@ -73,11 +73,6 @@ class Leading:
         """Whether a step is in hand."""
         return self._step is not None
 
-    @property
-    def is_stuck(self) -> bool:
-        """Whether it knew no way on when it planned last."""
-        return self._stuck_at_s < math.inf
-
     def act(self, now_s: float) -> list[Command]:
         """Drive the step in hand to its end, then plan the next one."""
         if self._lost or self._arrived or not self._driver.standing:

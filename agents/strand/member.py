@@ -97,7 +97,6 @@ class Member:
         self._leading = Leading(mission, driver, senses, memory, self._strand)
         self._reversing = Reversing(driver, self._strand, self._advance, self._leading)
         self._following = Following(driver, self._strand, self._advance)
-        self._out_at_m = path.end_m if formation.counters.turns > 0 else 0.0
         self._joined = self._held = self._lost = False
         pose = driver.odometry.pose
         off_m = math.hypot(pose.x_m - formation.place.x_m, pose.y_m - formation.place.y_m)
@@ -184,11 +183,6 @@ class Member:
     def rests(self) -> bool:
         """Whether it has arrived, and the robots behind it, as last heard, have stood for a while."""
         return self.arrived and self._strand.quiet_s >= SETTLED_S
-
-    @property
-    def leaves_dead_end(self) -> bool:
-        """Whether it leads a strand that has turned round, whose tail is still where the others were."""
-        return self.leads and self._strand.grants.tail_m < self._out_at_m and not self._leading.is_stuck
 
     @property
     def counters(self) -> Counters:

@@ -6,10 +6,10 @@ import pytest
 from msgspec.structs import replace
 
 from agents.membership.states import State
-from clew.explore.setting import SCATTERED, Setting
+from clew.explore.setting import SCATTERED, SETTINGS, Setting
 from protocol.fence import Cause, Epoch, May, Raise
 from protocol.frames import Pose
-from protocol.timeline import FenceChanged, RobotHeld, SegmentChecked, ViewProposed
+from protocol.timeline import FenceChanged, RobotHeld, SegmentChecked, StrandReversed, ViewProposed
 from protocol.wire.messages import AheadState, BehindState, Drive, Odometry
 from protocol.wire.view import Answer, Formation, Plea, Report
 from tests.support.stages.view_stage import Post, ViewStage, of
@@ -233,6 +233,18 @@ def test_a_robot_that_was_started_again_asks_to_be_let_in_as_soon_as_it_is_left_
     stage.run(lambda: stage.fence.may is May.ALL and stage.fence.members == 2)
     stage.start(3)
     stage.run(lambda: bool(stage.sent(of(Plea, sender=3))), s_max=1.0)
+
+
+def test_a_robot_that_comes_back_in_a_dead_end_is_let_in_before_the_strand_has_come_out() -> None:
+    stage = ViewStage.driving(SETTINGS["round"].places, SETTINGS["round"].scenario())
+    stage.kill(3)
+    stage.run(lambda: stage.fence.may is May.ALL and stage.fence.members == 2)
+    stage.lose(of(Plea))
+    stage.start(3)
+    stage.run(lambda: bool(stage.records_of(StrandReversed)), s_max=30.0)
+    stage.heal()
+    stage.run(lambda: stage.fence.may is May.ALL and stage.fence.members == 3, s_max=6.0)
+    assert not [post for post in stage.sent(of(Answer, receiver=3)) if post.thing.stranded]
 
 
 def test_a_robot_that_does_not_count_for_now_goes_on_reporting_until_the_formation_leaves_it_out() -> None:

@@ -264,16 +264,6 @@ def test_a_strand_in_a_blind_alley_turns_round_and_comes_to_the_goal(loss: float
     assert stage.leader.counters.turns == 0, "a step towards the goal was planned"
 
 
-def test_a_strand_that_leaves_a_dead_end_says_so_until_its_tail_is_out() -> None:
-    stage = in_the_pocket()
-    leaves = [stage.leader.leaves_dead_end]
-    stage.run(12.0)
-    stage.run(PERIOD_S, turns=True)
-    leaves.append(stage.leader.leaves_dead_end)
-    stage.run(100.0, turns=True)
-    assert [*leaves, stage.leader.leaves_dead_end] == [False, True, False]
-
-
 @pytest.mark.parametrize(("turns", "is_lost"), [(TURNS_MAX - 1, False), (TURNS_MAX, True)])
 def test_after_too_many_turns_without_a_step_the_route_is_lost(
     turns: int, *, is_lost: bool, monkeypatch: pytest.MonkeyPatch
