@@ -15,8 +15,8 @@ Rule 4: if that does not help, other robots lead, the nearest to the goal first,
         tried as leaders for a long time.
 Rule 5: robots that are left out and were there lately may stand in the way, and may come back. So the draft
         waits for them before a robot makes way, and waits longer before the strand goes on.
-Rule 6: rules 3 to 5 do not hold for a robot that asks a strand on its way to let it in: where it finds no
-        way, the strand goes on as it was.
+Rule 6: where a robot that asks a strand on its way to let it in finds no way, the strand goes on as it was;
+        but one that would lead, as in rule 4, is tried as leader.
 """
 
 from collections.abc import Callable, Collection, Mapping
@@ -175,9 +175,6 @@ class Draft:
             places = places_of(reports)
             off_m = np.hypot(*(positions(places, free) - positions(places, self.strand[-1:])).T)
             return Give(free[int(np.argmin(off_m))])
-        goes_on = self.lets_in and not reports[self.strand[0]].arrived
-        if goes_on and self._stayed and set(self._stayed) <= set(self.strand):
-            return Done()
         return self._give_up(reports, waiting, now_s, others_may_come_back=others_may_come_back)
 
     def _give_up(
@@ -192,6 +189,9 @@ class Draft:
         all_are_here = len(reports) == self.mission.robots
         if not self.first and all_are_here and self._leads_next(places) in waiting:
             return self._try_another()
+        goes_on = self.lets_in and not reports[self.strand[0]].arrived
+        if goes_on and self._stayed and set(self._stayed) <= set(self.strand):
+            return Done()
         self._stuck_at_s = now_s if self._stuck_at_s is None else self._stuck_at_s
         if not all_are_here and others_may_come_back:
             made_way = self._made_way is not None

@@ -225,9 +225,12 @@ def test_those_in_place_go_on_at_once_if_they_are_several_and_nobody_is_nearer_t
     assert draft.strand == [1, 2]
 
 
-def test_one_that_would_lead_and_finds_no_way_is_tried_as_leader_at_once_if_all_are_there() -> None:
+@pytest.mark.parametrize("lets_in", [False, True])
+def test_one_that_would_lead_and_finds_no_way_is_tried_as_leader_at_once_if_all_are_there(
+    *, lets_in: bool
+) -> None:
     there = reports(QUEUE, BEFORE, 2, 3, 4)
-    draft = drafted()
+    draft = drafted(lets_in=lets_in)
     draft.begin(there, {})
     assert not draft.settle(there, sees(driven=(3, 4)))
     settled(draft, there, driven=(3, 4))
