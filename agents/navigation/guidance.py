@@ -69,6 +69,15 @@ class CostToGo:
             np.minimum(best, off_m, out=best)
         return best
 
+    def places(self, cost_m: float, near: Floats, *, within_m: float) -> Floats:
+        """The cells (n, 2) that cost at most this, in a square around a place (2,)."""
+        reach_m = np.array([within_m, within_m])
+        first, last = self.grid.cells_of(np.stack([near - reach_m, near + reach_m]))
+        first = np.clip(first, 0, self.cells.shape)
+        last = np.clip(last + 1, first, self.cells.shape)
+        found = np.nonzero(self.cells[first[0] : last[0], first[1] : last[1]] <= cost_m)
+        return self.grid.centres_of(np.stack(found, axis=-1) + first)
+
     def place_at(self, cost_m: float) -> Floats | None:
         """A place (2,) with this cost, or with the highest cost there is; None if there is no other place."""
         cost = np.where(np.isfinite(self.cells), self.cells, -1.0)

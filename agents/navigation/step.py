@@ -8,9 +8,10 @@ import numpy as np
 from agents.navigation.certificate import Walls, certified_lengths_m
 from agents.navigation.gaps import Gap, find_gaps, is_passable
 from agents.navigation.guidance import CostToGo
+from agents.navigation.headings import may_cost_less
 from agents.navigation.obstacles import Obstacle, find_obstacles, passable_width_m
 from agents.navigation.scan import View
-from protocol.arrays import Floats, unit_vectors
+from protocol.arrays import Floats, Indices, unit_vectors
 from protocol.frames import wrap
 from protocol.mission import Mission
 
@@ -18,6 +19,7 @@ HEADINGS = 360  # one per degree: 7 cm apart at 4 m, finer than any gap that adm
 LENGTHS = 32  # end points tried along each heading
 GAIN_M = 0.01  # a step that shortens the way by less is not worth a stop
 WAY_CELLS = 64  # cells of guidance's way that are tried, too: in narrow ground a degree is too coarse
+FIRST_OF = 8  # cells of that way per sample: it tells which of the other headings are worth a try
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,10 @@ def look(view: View, mission: Mission) -> Sight:
 
 
 def certified_step_to_goal(view: View, walls: Walls, cost_to_go: CostToGo) -> Step | None:
-    """The certified step with the least cost-to-go; None if no certified step comes nearer."""
+    """The certified step with the least cost-to-go; None if no certified step comes nearer.
+
+    The walls are those of the scan, and maybe more.
+    """
     step = _best_step(view, walls, cost_to_go)
     here_m = float(cost_to_go.at(view.position[None, :])[0])
     return step if step.cost_to_go_m is not None and step.cost_to_go_m < here_m - GAIN_M else None
@@ -97,9 +102,19 @@ def has_way(view: View, walls: Walls, cost_to_go: CostToGo) -> bool:
 def _best_step(view: View, walls: Walls, cost_to_go: CostToGo) -> Step:
     """The certified step with the least cost-to-go; its cost is None if no end point has a way."""
     way = cost_to_go.way_from(view.position, cells_max=WAY_CELLS)
-    headings, lengths = _certified(view, walls, _bearings_rad(way, view.position))
-    tried = lengths[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS
-    costs = cost_to_go.at(_ends(view.position, headings, tried).reshape(-1, 2)).reshape(tried.shape)
+    headings = _headings(_bearings_rad(way, view.position))
+    tried, costs = np.zeros((len(headings), LENGTHS)), np.full((len(headings), LENGTHS), np.inf)
+
+    def rank(some: Indices) -> None:
+        tried[some] = _tried(_certified_m(view, walls, headings[some]))
+        ends = _ends(view.position, headings[some], tried[some])
+        costs[some] = cost_to_go.at(ends.reshape(-1, 2)).reshape(-1, LENGTHS)
+
+    first = np.arange(0, len(way), FIRST_OF)
+    rank(first)
+    others = may_cost_less(view, headings, cost_to_go, float(costs.min()))
+    others[first] = False
+    rank(np.flatnonzero(others))
     best = np.unravel_index(np.argmin(costs), costs.shape)
     cost_m = float(costs[best]) if costs[best] < np.inf else None
     return Step(wrap(float(headings[best[0]])), float(tried[best]), cost_to_go_m=cost_m)
@@ -142,7 +157,8 @@ def certified_step_through(sight: Sight, walls: Walls, *, onward_rad: float) -> 
 
 def certified_step_onward(sight: Sight, walls: Walls, *, onward_rad: float) -> Step | None:
     """The step that gains most onward; None if none gains enough."""
-    headings, lengths = _certified(sight.view, walls, np.array([onward_rad]))
+    headings = _headings(np.array([onward_rad]))
+    lengths = _certified_m(sight.view, walls, headings)
     gained_m = lengths * (np.cos(headings - onward_rad))
     best = int(np.argmax(gained_m))
     return Step(wrap(float(headings[best])), float(lengths[best])) if gained_m[best] >= GAIN_M else None
@@ -176,8 +192,8 @@ def _opens_ahead(sight: Sight, index: int, onward_rad: float) -> bool:
 def _step_towards(sight: Sight, walls: Walls, index: int) -> Step | None:
     middle, origin = sight.gaps[index].middle, sight.view.position
     off = middle - origin
-    headings, lengths = _certified(sight.view, walls, np.array([np.arctan2(off[1], off[0])]))
-    tried = lengths[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS
+    headings = _headings(np.array([np.arctan2(off[1], off[0])]))
+    tried = _tried(_certified_m(sight.view, walls, headings))
     short_m = np.hypot(*np.moveaxis(_ends(origin, headings, tried) - middle, -1, 0))
     best = np.unravel_index(np.argmin(short_m), short_m.shape)
     if not short_m[best] < np.hypot(*off) - GAIN_M:
@@ -185,12 +201,21 @@ def _step_towards(sight: Sight, walls: Walls, index: int) -> Step | None:
     return Step(wrap(float(headings[best[0]])), float(tried[best]), gap=index)
 
 
-def _certified(view: View, walls: Walls, preferred_rad: Floats) -> tuple[Floats, Floats]:
-    """The headings, preferred ones first, and the longest certified step in each within the seen range."""
+def _headings(preferred_rad: Floats) -> Floats:
+    """The headings that are tried, preferred ones first."""
     even = -np.pi + 2.0 * np.pi * np.arange(HEADINGS) / HEADINGS
-    headings = np.concatenate([preferred_rad, even])
-    lengths = certified_lengths_m(view.position, headings, walls)
-    return headings, np.minimum(lengths, float(view.ranges_m.max()))
+    return np.concatenate([preferred_rad, even])
+
+
+def _certified_m(view: View, walls: Walls, headings_rad: Floats) -> Floats:
+    """The longest certified step in each heading (h,) within the seen range."""
+    lengths_m = certified_lengths_m(view.position, headings_rad, walls)
+    return np.minimum(lengths_m, float(view.ranges_m.max()))
+
+
+def _tried(lengths_m: Floats) -> Floats:
+    """The lengths (h, LENGTHS) at which an end point is tried, up to these (h,)."""
+    return np.asarray(lengths_m[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS)
 
 
 def _ends(origin: Floats, headings_rad: Floats, lengths_m: Floats) -> Floats:
