@@ -35,7 +35,12 @@ def nearest_on_segments(points: Floats, starts: Floats, ends: Floats) -> Floats:
 
 def distances_to_segments(points: Floats, starts: Floats, ends: Floats) -> Floats:
     """The distance (...,) from points to segments, broadcast; a segment may have no length."""
-    x, y = points[..., 0] - starts[..., 0], points[..., 1] - starts[..., 1]
+    return off_segments(points[..., 0], points[..., 1], starts, ends)
+
+
+def off_segments(across: Floats, up: Floats, starts: Floats, ends: Floats) -> Floats:
+    """The same for points whose coordinates x and y are given apart: those of a grid have an axis each."""
+    x, y = across - starts[..., 0], up - starts[..., 1]
     dx, dy = ends[..., 0] - starts[..., 0], ends[..., 1] - starts[..., 1]
     square = dx * dx + dy * dy
     share = ((x * dx + y * dy) / np.where(square > 0.0, square, 1.0)).clip(0.0, 1.0)

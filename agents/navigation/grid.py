@@ -10,8 +10,9 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from protocol.arrays import Flags, Floats, Indices, distances_to_segments
+from protocol.arrays import Flags, Floats, Indices, off_segments
 
+POINTS_AT_ONCE = 64  # around them, some 150 kB of distances: those of all hits of a scan leave the cache
 FINE = 4  # parts of a cell, each way: points in the same part are equal to guidance
 
 
@@ -62,17 +63,20 @@ class Grid:
     def lower_around(self, room: Floats, points: Floats, *, reach_m: float, less_m: float) -> None:
         """Lower `room` to the distance to the nearest of the points (n, 2), minus `less_m`."""
         reach = int(reach_m / self.cell_m + 0.5)  # in cells: the centres beyond are out of reach
-        around = np.arange(-reach, reach + 1)
+        around = np.arange(2 * reach + 1)
         cells = self.cells_of(points)
         off_m = self.low + (cells + 0.5) * self.cell_m - points
-        across_m2, up_m2 = (off_m.T[:, :, None] + around * self.cell_m) ** 2
-        apart_m = np.sqrt(across_m2[:, :, None] + up_m2[:, None, :])
-        # The padding makes clipping at the border unnecessary.
-        wide = np.pad(room, reach, constant_values=np.inf)
-        first = (cells + reach) @ (wide.shape[1], 1)
-        steps = around[:, None] * wide.shape[1] + around
-        np.minimum.at(wide.reshape(-1), (first[:, None, None] + steps).ravel(), (apart_m - less_m).ravel())
-        room[:] = wide[reach : reach + self.shape[0], reach : reach + self.shape[1]]
+        across_m2, up_m2 = (off_m.T[:, :, None] + (around - reach) * self.cell_m) ** 2
+        # The border makes clipping unnecessary.
+        wide_m2 = np.full((self.shape[0] + 2 * reach, self.shape[1] + 2 * reach), np.inf)
+        first = cells @ (wide_m2.shape[1], 1)
+        steps = around[:, None] * wide_m2.shape[1] + around
+        for index in range(0, len(points), POINTS_AT_ONCE):
+            some = slice(index, index + POINTS_AT_ONCE)
+            apart_m2 = across_m2[some, :, None] + up_m2[some, None, :]
+            np.minimum.at(wide_m2.reshape(-1), (first[some, None, None] + steps).ravel(), apart_m2.ravel())
+        apart_m = np.sqrt(wide_m2[reach : reach + self.shape[0], reach : reach + self.shape[1]])
+        np.minimum(room, apart_m - less_m, out=room)
 
     def off_line(self, corners: Floats, *, reach_m: float) -> Floats:
         """Distance of each cell's centre from a polyline (n, 2); infinite beyond `reach_m`."""
@@ -81,8 +85,11 @@ class Grid:
             first = np.clip(self.cells_of(np.minimum(start, end)[None] - reach_m)[0], 0, self.shape)
             last = np.clip(self.cells_of(np.maximum(start, end)[None] + reach_m)[0] + 1, 0, self.shape)
             window = (slice(first[0], last[0]), slice(first[1], last[1]))
-            cells = np.stack(np.meshgrid(*map(np.arange, first, last), indexing="ij"), axis=-1)
-            here = distances_to_segments(self.centres_of(cells), start, end)
+            x, y = (
+                low + (np.arange(*ends) + 0.5) * self.cell_m
+                for low, *ends in zip(self.low, first, last, strict=True)
+            )
+            here = off_segments(x[:, None], y, start, end)
             apart_m[window] = np.minimum(apart_m[window], here)
         return apart_m
 
@@ -122,7 +129,7 @@ class Lattice:
         """
         costs = graph.data.reshape(self.joined.shape)
         if changed is None:
-            np.take(price, self.joined, out=costs)
+            np.take(price, self.joined, out=costs, mode="clip")  # unbuffered; no index is out of bounds
             costs += price[:, None]  # in place: allocating memory for all costs takes longer than the sum
             costs *= self.half_m
             return
