@@ -39,8 +39,11 @@ class Pricing:
         """The graph for this room of each cell; it is valid until the next call."""
         room = room.reshape(-1)
         changed = np.flatnonzero(room != self._room)
-        self._price[changed] = self._prices(room[changed])
+        prices = self._prices(room[changed])
         self._room[changed] = room[changed]
+        is_other = prices != self._price[changed]
+        changed = changed[is_other]
+        self._price[changed] = prices[is_other]
         if len(changed) > FEW * len(room):
             self._lattice.price(self._graph, self._price)
         elif len(changed):
