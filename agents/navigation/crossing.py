@@ -12,7 +12,7 @@ Rule 2: any ray that crosses proves that; which ones are tried is a matter of ti
 import numpy as np
 
 from agents.navigation.scan import View
-from protocol.arrays import Floats, unit_vectors
+from protocol.arrays import Floats
 
 TRIED = 4  # rays for each gap: the first may end before it has crossed, at the wall that the gap is of
 PARALLEL = 1e-6  # sine of an angle at which a crossing is not computed
@@ -29,7 +29,7 @@ def divided_m(view: View, true_m: Floats, other: View, error_m: float) -> Floats
         error_m: the largest error of its ranges.
     """
     off = other.position - view.position
-    rays = unit_vectors(view.bearings_rad)
+    rays = view.rays
     ends = view.position + true_m[:, None] * rays - other.position
     to_view_rad = np.arctan2(-off[1], -off[0])
     turn_rad = _wrapped(to_view_rad - np.arctan2(ends[:, 1], ends[:, 0]))
@@ -43,7 +43,7 @@ def divided_m(view: View, true_m: Floats, other: View, error_m: float) -> Floats
     best_m = np.zeros(len(rays))
     for index in range(TRIED):
         ray = (first + side * index).astype(np.intp) % count
-        along = unit_vectors(other.bearings_rad[ray])
+        along = other.rays[ray]
         free_m = other.ranges_m[ray] - error_m
         crosses, nearest_m = is_beside, np.full(len(rays), np.inf)
         for direction, limit_m in ((rays, true_m), (np.roll(rays, -1, axis=0), np.roll(true_m, -1))):

@@ -47,7 +47,9 @@ class CostToGo:
     @cached_property
     def _wide(self) -> Floats:
         """The costs with a border, two wide: around a point off the grid all cells are closed."""
-        return np.pad(self.cells, 2, constant_values=np.inf)
+        wide = np.full((self.cells.shape[0] + 4, self.cells.shape[1] + 4), np.inf)
+        wide[2:-2, 2:-2] = self.cells
+        return wide
 
     def at(self, points: Floats) -> Floats:
         """Cost-to-go at points (n, 2) over the best of the four cells around; infinite if all are closed."""
@@ -97,9 +99,9 @@ class CostToGo:
             low_x, low_y = max(x - 1, 0), max(y - 1, 0)
             around = self.cells[low_x : x + 2, low_y : y + 2]
             lowest = int(np.argmin(around))
-            if not around.flat[lowest] < here_m:
+            if not around.item(lowest) < here_m:
                 break
-            here_m = float(around.flat[lowest])
+            here_m = around.item(lowest)
             x, y = low_x + lowest // around.shape[1], low_y + lowest % around.shape[1]
             way.append((x, y))
         return self.grid.centres_of(np.array(way, dtype=np.intp).reshape(-1, 2))

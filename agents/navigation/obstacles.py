@@ -39,8 +39,9 @@ def find_obstacles(view: View, *, passable_m: float) -> list[Obstacle]:
     """The obstacles of a scan, anti-clockwise; the first begins at or behind bearing -pi."""
     if not view.hits.any():
         return []
-    first_of_run = np.flatnonzero(view.hits & ~_joined_to_previous(view, passable_m))
-    last_of_run = np.flatnonzero(view.hits & ~np.roll(_joined_to_previous(view, passable_m), -1))
+    joined = _joined_to_previous(view, passable_m)
+    first_of_run = np.flatnonzero(view.hits & ~joined)
+    last_of_run = np.flatnonzero(view.hits & ~np.roll(joined, -1))
     if len(first_of_run) == 0:  # hits all around, without an opening
         first_of_run, last_of_run = np.array([0]), np.array([len(view.hits) - 1])
     if last_of_run[0] < first_of_run[0]:  # a run across bearing -pi ends before it begins

@@ -34,9 +34,16 @@ class View:
         fix(self.position, self.bearings_rad, self.ranges_m, self.hits)
 
     @cached_property
+    def rays(self) -> Floats:
+        """The directions as unit vectors (n, 2)."""
+        rays = unit_vectors(self.bearings_rad)
+        fix(rays)
+        return rays
+
+    @cached_property
     def points(self) -> Floats:
         """The boundary of what was seen (n, 2): hits, and points at the range limit."""
-        points = np.asarray(self.position + self.ranges_m[:, None] * unit_vectors(self.bearings_rad))
+        points = np.asarray(self.position + self.ranges_m[:, None] * self.rays)
         fix(points)
         return points
 

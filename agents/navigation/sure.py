@@ -35,7 +35,7 @@ import numpy as np
 
 from agents.navigation.crossing import divided_m
 from agents.navigation.scan import View
-from protocol.arrays import Flags, Floats, unit_vectors
+from protocol.arrays import Flags, Floats
 from protocol.mission import Mission
 from protocol.wire.messages import RAYS_MAX
 
@@ -74,6 +74,5 @@ def sure(view: View, mission: Mission, *, leave_out: Flags | None = None, bodies
     for other in view.earlier:
         ranges_m = np.maximum(ranges_m, divided_m(view, true_m, other, mission.range_error_m_max))
     finite_m = np.where(np.isfinite(ranges_m), ranges_m, 0.0)[:, None]
-    rays = unit_vectors(view.bearings_rad)
-    starts, ends = (view.position + finite_m * each for each in (rays, np.roll(rays, -1, axis=0)))
+    starts, ends = (view.position + finite_m * each for each in (view.rays, np.roll(view.rays, -1, axis=0)))
     return Sure(ranges_m, starts, ends)
