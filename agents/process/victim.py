@@ -35,12 +35,16 @@ class Victim:
 
     def note(self, record: Record, now_s: float) -> None:
         """Read an entry of the robot: roles of robots follow from it."""
+        if not self._process_faults.has_points:
+            return
         self._process_faults.hear(self._name, Entry(n=1, t_s=now_s, hlc="", record=record))
 
     def fault_at(
         self, event: Event, commands: Sequence[Command], now_s: float, faults: Faults
     ) -> ProcessFault | None:
         """The fault to inject now, before these commands are executed."""
+        if not self._process_faults.has_points:
+            return None
         passed = self._points.passed(event, commands)
         self._process_faults.catch_up(faults.struck, faults.step)
         if self._again and faults.number == 0:

@@ -18,11 +18,11 @@ from math import inf
 
 from protocol.errors import MessageRefusedError
 from protocol.faults.damage import Damage
-from protocol.faults.message_faults import Effect, MessageFaults
+from protocol.faults.message_faults import NO_EFFECT, Effect, MessageFaults
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.rules import Rule
 from protocol.keys import Keys, matches
-from protocol.network.traffic import Traffic
+from protocol.network.around import AroundTransport
 from protocol.network.transport import Appeared, Arrival, Asked, Heard, Listed, Refused, Transport, Vanished
 from protocol.timeline import FaultInjected
 from protocol.wire.codec import decode, encode
@@ -39,7 +39,7 @@ class Conditions:
     """Simulated seconds per wall-clock second."""
 
 
-class FaultyTransport:
+class FaultyTransport(AroundTransport):
     """Another transport, with faults in what it receives."""
 
     def __init__(
@@ -50,9 +50,9 @@ class FaultyTransport:
         name: str,
         note: Callable[[FaultInjected], None],
     ) -> None:
+        super().__init__(inner)
         self.faults = Faults(number=0, step=0, struck=(), rules=(), slow_s=0.0)
         """The newest state of faults from the world; the world itself sets it."""
-        self._inner = inner
         self._conditions = conditions
         self._keys = keys
         self._name = name
@@ -65,33 +65,11 @@ class FaultyTransport:
         self._tokens: dict[str, bool] = {}
         """The existing tokens, and whether each is visible here."""
 
-    @property
-    def traffic(self) -> Traffic:
-        """Messages sent and received so far, by key."""
-        return self._inner.traffic
-
-    @property
-    def router(self) -> str | None:
-        """The unique name of the connected router; None while there is none."""
-        return self._inner.router
-
-    def put(self, key: str, message: Message) -> None:
-        """Send to all subscribers of the key; the message may be lost; never blocks."""
-        self._inner.put(key, message)
-
-    def ask(self, key: str, message: Message) -> None:
-        """Query the key; the reply arrives as `Heard`, or is lost: then ask again."""
-        self._inner.ask(key, message)
-
     def watch(self, patterns: Collection[str]) -> None:
         """Watch the tokens on these patterns from now on, and no others; `Listed` follows."""
         for key in [key for key in self._tokens if not any(matches(each, key) for each in patterns)]:
             del self._tokens[key]
         self._inner.watch(patterns)
-
-    def timestamp(self) -> str:
-        """A new hybrid-logical-clock time stamp of this process."""
-        return self._inner.timestamp()
 
     def hold_up(self, robot: str) -> bool:
         """Whether a fault rule may now delay or remove what a robot hears of its body, or tells it."""
@@ -147,6 +125,8 @@ class FaultyTransport:
                 yield arrival
 
     def _effect(self, key: str, message: Message, number: int) -> Effect:
+        if self._message_faults.is_empty:
+            return NO_EFFECT
         behind_root, kind = self._keys.behind_root(key), str(type(message).__struct_config__.tag)
         step = self.faults.step
         effect = self._message_faults.of(behind_root, kind, number, self._name, now_s=self.now_s, step=step)

@@ -16,7 +16,7 @@ import os
 import signal
 import struct
 import time
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
 
@@ -28,11 +28,11 @@ from agents.process.shell import Shell, heard
 from agents.process.victim import Victim
 from clew.bench.hop.strand import Strand
 from protocol.keys import robot_name
+from protocol.network.around import AroundTransport
 from protocol.network.faulty_transport import Conditions
 from protocol.network.session import Session, read_session
 from protocol.network.settings import client_settings
-from protocol.network.traffic import Traffic
-from protocol.network.transport import Arrival, Transport
+from protocol.network.transport import Transport
 from protocol.network.zenoh_transport import open_transport
 from protocol.wire.codec import encode
 from protocol.wire.messages import BehindState, Message
@@ -58,43 +58,18 @@ class Relay(StrEnum):
     CALLBACK = "callback"
 
 
-class LastTransport:
+class LastTransport(AroundTransport):
     """The transport of the last robot: it tells when the robot acknowledges news (rule 3)."""
 
     def __init__(self, inner: Transport, told: int) -> None:
-        self._inner, self._told = inner, told
+        super().__init__(inner)
+        self._told = told
 
     def put(self, key: str, message: Message) -> None:
         """Send, and tell the time first if it is the acknowledgement."""
         if isinstance(message, BehindState):
             os.write(self._told, REACTION.pack(message.vertices, time.monotonic_ns()))
-        self._inner.put(key, message)
-
-    @property
-    def traffic(self) -> Traffic:
-        """As of the transport itself, like all below."""
-        return self._inner.traffic
-
-    @property
-    def router(self) -> str | None:
-        """The router's name."""
-        return self._inner.router
-
-    def ask(self, key: str, message: Message) -> None:
-        """Query."""
-        self._inner.ask(key, message)
-
-    async def arrivals(self, timeout_s: float | None) -> Sequence[Arrival]:
-        """Wait for arrivals."""
-        return await self._inner.arrivals(timeout_s)
-
-    def watch(self, patterns: Collection[str]) -> None:
-        """Watch tokens."""
-        self._inner.watch(patterns)
-
-    def timestamp(self) -> str:
-        """A time stamp."""
-        return self._inner.timestamp()
+        super().put(key, message)
 
 
 def relay(kind: Relay, robot: int, strand: Strand, folder: Path, told: int) -> None:
