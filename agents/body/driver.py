@@ -53,9 +53,10 @@ class Driver:
     @property
     def standing(self) -> bool:
         """Whether the newest order has ended, so that the body stands (rules 1 and 3)."""
-        if self._odometry is None or self._odometry.finished < self._stands_from:
+        odometry = self._odometry
+        if odometry is None or odometry.finished < self._stands_from:
             return False
-        return self._is_finished or self._is_dropped
+        return odometry.finished >= self._drive.number or self._is_dropped
 
     @property
     def odometry(self) -> Odometry:
@@ -146,7 +147,7 @@ class Driver:
     def _is_told(self, bearing: Bearing) -> bool:
         """Whether the newest odometry tells the fence that an order bears."""
         fence = self.odometry.fence
-        return (fence.epoch, fence.turn) == (bearing.epoch, bearing.turn)
+        return fence.turn == bearing.turn and fence.epoch == bearing.epoch
 
     @property
     def _is_finished(self) -> bool:

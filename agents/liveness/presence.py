@@ -94,7 +94,9 @@ class Presence:
 
     def is_lost(self, robot: int, heard_at_s: float, now_s: float) -> bool:
         """Rule 1: whether the process is no more that was last heard then."""
-        went_s = self._went_s.get(robot, None if self.shows(robot) else self._listed_s)
+        went_s = self._went_s.get(robot)
+        if went_s is None and self._listed_s is not None and not self.shows(robot):
+            went_s = self._listed_s
         if went_s is None or not self.connected:
             return False
         if self.shows(robot):

@@ -48,8 +48,10 @@ class Pleas:
 
     def reason(self, now_s: float, *, stands: bool) -> Reason | None:
         """Rule 2."""
-        robot, asked_s = next(iter(self._asked.items()), (0, now_s))
-        if not robot or not (stands or now_s - asked_s > STOP_S):
+        if not self._asked:
+            return None
+        robot, asked_s = next(iter(self._asked.items()))
+        if not (stands or now_s - asked_s > STOP_S):
             return None
         return Reason(Cause.PLEA, f"robot {robot} asks to be let in", robot)
 

@@ -91,8 +91,7 @@ _BEGINNINGS = (b"\x96\xa2in\xcb", b"\x93\xa3out", b"\x92\xa3end")
 """The first bytes of records: the number of items and the tag; for an input also the float's marker."""
 
 
-@dataclass(frozen=True, slots=True)
-class Given:
+class Given(Struct, frozen=True):
     """An event for a core, and the message that carried it."""
 
     event: Event

@@ -274,8 +274,8 @@ class Member:
             self._wish = self._reversing.wish if self._backs_up else self._leading.wish
         if self._wish is not None or self._lost:
             return []
-        dissolved, is_blocked = self._strand.counters.dissolved, self._is_blocked(now_s)
-        if self.leads and (dissolved > DISSOLVED_MAX or (is_blocked and dissolved == DISSOLVED_MAX)):
+        is_blocked = self._is_blocked(now_s)
+        if self.leads and self._formation.counters.dissolved >= DISSOLVED_MAX + (not is_blocked):
             self._lost = True
             return [
                 Note(RouteLost(reason="a way is blocked, and the strand has dissolved too often in vain"))

@@ -12,7 +12,7 @@ Rule 3 (liveness): what is granted (`agents.strand.grants`), and all other news,
 Rule 4: the leader's handover goes from each robot to the one behind until that has acknowledged it.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from msgspec.structs import replace
 
@@ -38,8 +38,7 @@ URGENT_S = 0.1  # an odometry: so often a robot speaks while there is news, or w
 NEWS_S = 0.5  # news for so long: six messages, of which one arrives in 98 % of cases at 50 % loss
 
 
-@dataclass(frozen=True, slots=True)
-class Own:
+class Own(NamedTuple):
     """What a robot tells its neighbours of itself."""
 
     progress_m: float
@@ -177,15 +176,15 @@ class Strand:
 
     def watch(self, now_s: float) -> list[Command]:
         """Note which links have fallen silent, and which are heard again."""
-        return [
-            Note(
-                LinkSilent(neighbour=link.neighbour, silent_s=link.silent_s(now_s))
-                if link.silent
-                else LinkHeardAgain(neighbour=link.neighbour)
-            )
-            for link in self.links
-            if link.note(now_s, silence_s=self._mission.silence_s)
-        ]
+        commands: list[Command] = []
+        silence_s = self._mission.silence_s
+        for link in self.links:
+            if not link.note(now_s, silence_s=silence_s):
+                continue
+            neighbour = link.neighbour
+            silent = LinkSilent(neighbour=neighbour, silent_s=link.silent_s(now_s)) if link.silent else None
+            commands.append(Note(silent or LinkHeardAgain(neighbour=neighbour)))
+        return commands
 
     def hear(self, heard: LinkHeard, now_s: float) -> list[Command]:
         """Take in a neighbour's state (rule 1)."""
@@ -252,9 +251,11 @@ class Strand:
 
     def _tell_s(self, now_s: float) -> float:
         """How often to speak: a neighbour that is not heard may not hear this robot either."""
-        oldest_s = max((link.silent_s(now_s) for link in self.links), default=0.0)
-        is_settled = now_s - self._news_at_s >= NEWS_S and oldest_s <= 2.5 * self._mission.heartbeat_s
-        return self._mission.heartbeat_s if is_settled else URGENT_S
+        heartbeat_s = self._mission.heartbeat_s
+        if now_s - self._news_at_s < NEWS_S:
+            return URGENT_S
+        is_settled = all(link.silent_s(now_s) <= 2.5 * heartbeat_s for link in self.links)
+        return heartbeat_s if is_settled else URGENT_S
 
     def _ahead_state(self, behind: Link[BehindState], own: Own, now_s: float) -> AheadState:
         # The last that is known is told again: it may have moved on.

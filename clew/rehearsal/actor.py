@@ -128,8 +128,8 @@ class Actor:
 
     def meet(self, message: Message) -> None:
         """Note the time of a message that has arrived, before the fault plan decides on it."""
-        if isinstance(message, Odometry):
-            self.come_s = max(self.come_s, message.t_s)
+        if isinstance(message, Odometry) and message.t_s > self.come_s:
+            self.come_s = message.t_s
 
     def hear_world(self, odometry: Odometry) -> None:
         """Adopt the time and the phase; neither goes back."""

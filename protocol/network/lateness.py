@@ -38,4 +38,6 @@ class Lateness:
 
     def now_s(self, wall_s: float) -> float:
         """How late it has been lately (rule 3)."""
+        if self._late_s == 0.0:
+            return 0.0  # as on an idle machine, and in every rehearsal
         return self._late_s * math.pow(0.5, (wall_s - self._at_s) / HALF_LIFE_S)

@@ -67,9 +67,12 @@ class Link(Generic[State]):
 
     def note(self, now_s: float, *, silence_s: float) -> bool:
         """Rule 4, to be called regularly; returns whether the link has fallen silent, or is heard again."""
-        passed_s = max(0.0, now_s - max(self._noted_s, self.made_at_s))
-        self._noted_s = max(self._noted_s, now_s)
-        was_silent, self.silent = self.silent, self.silent_s(now_s) > silence_s
-        if passed_s > 0.0:
-            self.silent_share += (self.silent - self.silent_share) * -math.expm1(-passed_s / LATELY_S)
+        was_silent = self.silent
+        # As by `silent_s`: it is called several times in each event.
+        self.silent = now_s - self.heard_at_s > silence_s and now_s - self.made_at_s > silence_s
+        if now_s > self._noted_s:
+            passed_s = now_s - max(self._noted_s, self.made_at_s)
+            self._noted_s = now_s
+            if passed_s > 0.0:
+                self.silent_share += (self.silent - self.silent_share) * -math.expm1(-passed_s / LATELY_S)
         return self.silent != was_silent
