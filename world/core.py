@@ -370,6 +370,8 @@ class World:
 
     def _take_unlawful(self) -> list[Command]:
         """The violations to record: S1 and S2 are recorded live, and a resumed world finds old ones again."""
+        if not self._unlawful:
+            return []
         known = set[PromiseBroken]() if self._past is None else self._past.unlawful
         found, self._unlawful = self._unlawful, []
         return [

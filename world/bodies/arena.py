@@ -343,8 +343,12 @@ def _nearest_m(bodies: Sequence[int], places: list[Place]) -> list[float]:
 
 def _nearest_of_few_m(body: int, places: list[Place]) -> float:
     x_m, y_m = places[body]
-    squares = ((x - x_m) * (x - x_m) + (y - y_m) * (y - y_m) for x, y in places[:body] + places[body + 1 :])
-    return math.sqrt(min(squares, default=math.inf))
+    least = math.inf
+    for other, (x, y) in enumerate(places):
+        square = (x - x_m) * (x - x_m) + (y - y_m) * (y - y_m)
+        if square < least and other != body:
+            least = square
+    return math.sqrt(least)
 
 
 def _to_the_micrometre(distance_m: float) -> float | None:

@@ -43,6 +43,9 @@ class News(NamedTuple):
     """Whether the dead-man stop has stopped it on its way."""
 
 
+NOTHING = News()  # as in most ticks
+
+
 class Body:
     """The pose of one body, and its present order."""
 
@@ -172,7 +175,7 @@ class Body:
                 finished = self._drive(step_m, left_m)
         veered = step_m != self._last_step_m or (step_m > 0.0 and self._run != self._last_run)
         self._last_step_m, self._last_run = step_m, self._run
-        return News(veered, finished, stopped)
+        return News(veered, finished, stopped) if veered or finished or stopped else NOTHING
 
     def _turn(self, reach_rad: float) -> None:
         off_rad = _wrapped(self._course_rad - self.heading_rad)

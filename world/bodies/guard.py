@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from world.bodies.bodies import Bodies, Moves
+from world.bodies.body import Body
 from world.geometry.clearance import keep_off, separations
 from world.geometry.nearby import Nearby
 from world.geometry.shapes import Ground
@@ -51,22 +52,22 @@ class Guard:
 
     def are_safe(self, bodies: Bodies, moves: Moves) -> bool:
         """Whether these moves certainly break no promise."""
-        ways = {
-            row: (start.x_m, start.y_m, bodies[row].x_m, bodies[row].y_m)
-            for row, start in moves.starts.items()
-            if start.x_m != bodies[row].x_m or start.y_m != bodies[row].y_m
-        }
+        ways: dict[int, Way] = {}
+        for row, start in moves.starts.items():
+            body = bodies[row]
+            if start.x_m != body.x_m or start.y_m != body.y_m:
+                ways[row] = (start.x_m, start.y_m, body.x_m, body.y_m)
         if not ways:
             return True
         self._list(bodies, ways)
         return all(
-            self._is_clear(row, way, bodies[row].course_m) and self._keeps_apart(row, bodies, ways)
+            self._is_clear(row, way, bodies[row]) and self._keeps_apart(row, bodies, ways)
             for row, way in ways.items()
         )
 
-    def _is_clear(self, row: int, way: Way, course: Way) -> bool:
+    def _is_clear(self, row: int, way: Way, body: Body) -> bool:
         """Rule 1."""
-        if _is_in(way, self._free[row]) or course == self._clear[row]:
+        if _is_in(way, self._free[row]) or (course := body.course_m) == self._clear[row]:
             return True
         x_m, y_m, *_ = way
         free_m = min(self._nearby[row].clearance_m(x_m, y_m) - self._off_ground_m, self._inside_m(x_m, y_m))
@@ -96,12 +97,13 @@ class Guard:
         from_x, from_y, to_x, to_y = ways[row]
         step_m = abs(to_x - from_x) + abs(to_y - from_y)
         for other in self._near[row]:
-            body, way = bodies[other], ways.get(other)
-            x, y = to_x - body.x_m, to_y - body.y_m
+            way = ways.get(other)
             if way is None:
+                body = bodies[other]
                 way = (body.x_m, body.y_m, body.x_m, body.y_m)
             elif other < row:
                 continue  # that body has been compared with this one
+            x, y = to_x - way[2], to_y - way[3]
             reach_m = self._apart_m + step_m + abs(way[2] - way[0]) + abs(way[3] - way[1])
             if x * x + y * y > reach_m * reach_m:
                 continue

@@ -104,10 +104,10 @@ class Court:
     def hear(self, source: str, entry: Entry) -> list[Breach]:
         """Process the next entry; returns the violations that are certain now."""
         self._evidence.hear(source, entry)
-        new = self._note(self._claims.hear(source, entry))
-        new += self._note(self._numbers.hear(source, entry))
+        found = [*self._claims.hear(source, entry), *self._numbers.hear(source, entry)]
         for rule in self._hearing.get(type(entry.record), ()):
-            new += self._note(rule.hear(source, entry))
+            found += rule.hear(source, entry)
+        new = self._note(found) if found else []
         if source == WORLD and isinstance(entry.record, FenceChanged):
             self._forget(entry.record.epoch)
         return new

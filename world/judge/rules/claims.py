@@ -78,11 +78,11 @@ class Claims:
         """Check something that happened at this time; returns the violations, if it is decided."""
         return self._look(Claim(t_s, epoch, check, self._newest_s))
 
-    def hear(self, source: str, entry: Entry) -> Iterator[Dated]:
+    def hear(self, source: str, entry: Entry) -> Iterable[Dated]:
         """An entry has come: make the checks again that await its source."""
         self._newest_s[source] = entry.t_s
-        for claim in list(self._waiting.get(source, ())):
-            yield from self._look(claim)
+        waiting = self._waiting.get(source)
+        return [each for claim in list(waiting) for each in self._look(claim)] if waiting else ()
 
     def close(self) -> Iterator[Dated]:
         """The timeline is over: decide all."""
@@ -95,7 +95,8 @@ class Claims:
         if isinstance(found, frozenset):
             self._park(claim, found)
             return
-        self._park(claim, frozenset())
+        if claim in self._awaits:
+            self._park(claim, frozenset())
         yield from ((claim.t_s, each) for each in found)
 
     def _park(self, claim: Claim, sources: frozenset[str]) -> None:

@@ -12,6 +12,7 @@ import math
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from protocol.fence import NUMBERS, May
 from protocol.frames import Point
@@ -35,18 +36,14 @@ class Tolerance:
         return ROUNDING_M + self.heading_error_rad * length_m
 
 
-@dataclass(frozen=True, slots=True)
-class _Drive:
+class _Drive(NamedTuple):
     """A motion between two samples, straight and at constant speed."""
 
     start_s: float
     end_s: float
     start: PoseSampled
     end: PoseSampled
-
-    @property
-    def moved_m(self) -> float:
-        return math.hypot(self.end.x_m - self.start.x_m, self.end.y_m - self.start.y_m)
+    moved_m: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +118,8 @@ class Motion:
             return
         before = body.sample(entry.t_s, record)
         if before is not None:
-            yield from self._judge(body, _Drive(before[0], entry.t_s, before[1], record))
+            (start_s, start), moved_m = before, apart_m(before[1], record)
+            yield from self._judge(body, _Drive(start_s, entry.t_s, start, record, moved_m))
 
     def close(self) -> Iterator[Dated]:
         """Nothing is open but claims."""

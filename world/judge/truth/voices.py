@@ -13,6 +13,7 @@ Rule 5 (P7): a formation and those that it strands are recorded by the coordinat
 """
 
 from collections.abc import Iterable, Iterator
+from typing import get_args
 
 from protocol.fence import NUMBERS, May
 from protocol.keys import WORLD, robot_number
@@ -71,6 +72,8 @@ WORLDS = (
     | RunEnded
 )
 """What the world alone may record."""
+
+_OF_WORLD = frozenset[type](get_args(WORLDS))  # a union of so many types takes long to be searched
 
 LEADERS = GoalReached | RouteLost | LeaderSucceeded | StrandHealed
 """What only the robot that leads may record."""
@@ -160,7 +163,7 @@ class Voices:
 
     def _foreign(self, robot: int, source: str, record: Record) -> str | None:
         """Rules 1, 4 and 5: why an entry does not count."""
-        if isinstance(record, WORLDS):
+        if type(record) in _OF_WORLD:
             return "which only the world may"
         match record:
             case FaultInjected(process=str(process)) if process != source:
