@@ -333,7 +333,7 @@ def _nearest_m(bodies: Sequence[int], places: list[Place]) -> list[float]:
     """How far each of these bodies is from the nearest other one; in a large fleet by arrays."""
     if len(places) > SMALL_FLEET:
         all_m = np.array(places)
-        x, y = (np.subtract.outer(column[bodies], column) for column in all_m.T)
+        x, y = (np.subtract.outer(column[list(bodies)], column) for column in all_m.T)
         squares = x * x + y * y
         squares[np.arange(len(bodies)), bodies] = math.inf
         nearest_m: list[float] = np.sqrt(squares.min(axis=1)).tolist()

@@ -7,13 +7,16 @@ import pytest
 import shapely
 from msgspec.structs import replace
 
+from clew.bench.forming import SPACING_M, queue
 from clew.log import timeline
 from clew.log.check import scenario_of
 from protocol.timeline import PoseSampled
 from tests.support.runs import Runs
 from tests.support.strategies.shape_strategies import as_shapely
-from world.bodies.arena import Arena
+from world.bodies.arena import TICK_S, Arena
+from world.bodies.guard import SMALL_FLEET
 from world.judge.truth.track import Track
+from world.record.resume import QUIET_S
 from world.scenario.scenario import load
 
 ROUNDED_M = 1e-6  # half a micrometre of rounding, and as much of where the others are between two samples
@@ -42,3 +45,13 @@ def test_without_obstacles_and_others_there_is_nothing_to_measure_to() -> None:
     [sampled] = Arena(alone, seed=1).sample()
     assert isinstance(sampled.record, PoseSampled)
     assert (sampled.record.clearance_m, sampled.record.separation_m) == (None, None)
+
+
+@pytest.mark.parametrize("robots", [2, SMALL_FLEET + 1])
+def test_while_all_stand_one_body_is_sampled_each_second(robots: int) -> None:
+    arena = Arena(queue(robots), seed=1)
+    notes = [note.record for _ in range(round(1.5 * QUIET_S / TICK_S)) for note in arena.tick()[0]]
+    [sampled] = [each for each in notes if isinstance(each, PoseSampled)]
+    apart_m = SPACING_M - 2.0 * queue(robots).fleet.robot_radius_m
+    assert sampled.robot == 1
+    assert sampled.separation_m == pytest.approx(apart_m)
