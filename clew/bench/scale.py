@@ -5,17 +5,20 @@ Rule 1: the clock begins when the launcher is started. A fleet is ready when the
         the clock of the machine, in the timeline.
 Rule 2: a fleet that has formed is stopped for a while and then released (`clew fault stop`): its processes
         say and hear the same as before, and no body moves. Then it drives to its goal.
-Rule 3: processor time is per robot and simulated second: a machine that is busy otherwise, or a clock that
-        runs slower, does not change it.
+Rule 3: processor time is of all processes, per robot and simulated second: a machine that is busy otherwise,
+        or a clock that runs slower, does not change it.
+Rule 4: runs of fleets of one size are repeats.
 """
 
-from collections.abc import Mapping
-from typing import Any
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
 
 import msgspec
 from msgspec import Struct
 
 from clew.bench.forming import QUEUE, SPACING_M
+from clew.bench.result import Aim, Figure, figure
 from clew.bench.usage import Usage
 from clew.fields.scatter import scatter
 from clew.fields.shapes import circle
@@ -30,7 +33,9 @@ HEIGHT_M = 3.0
 GROUND_M = 3.0  # before the first robot, with posts
 DENSITY = 0.04
 WIDTH_M = 0.7  # the posts keep this much room for robots of 0.2 m
-PSS_MB_MAX, READY_S_MAX, FORMED_S_MAX, LATE_S_MAX = 5.0, 5.0, 20.0, 0.05
+PSS_MB_MAX, READY_S_MAX, FORMED_S_MAX, LATE_MS_MAX = 5.0, 5.0, 20.0, 50.0
+FEW_ROBOTS, GROWTH_MAX = 50, 1.3  # a robot of a larger fleet costs at most so many times as one of this
+FEW = f"{FEW_ROBOTS} robots"
 
 
 def queue_before_posts(robots: int, *, seed: int) -> Scenario:
@@ -67,6 +72,9 @@ def queue_before_posts(robots: int, *, seed: int) -> Scenario:
         ],
     }
     return msgspec.convert(raw, Scenario)
+
+
+Doing = Literal["standing", "driving"]
 
 
 class _Head(Struct):
@@ -184,23 +192,68 @@ class ScaleRun(Struct, frozen=True, kw_only=True):
     load: tuple[float, float]
     """The machine's load average, before and after."""
 
-    @property
-    def misses(self) -> list[str]:
-        """The aims that it has not reached."""
-        pss_mb = None if self.driving is None or self.driving.robot is None else self.driving.robot.pss_mb
-        late_s = None if self.ticks_late is None else self.ticks_late.p99_s
-        aims = {
-            f"ready within {READY_S_MAX:g} s": _within(self.ready_s, READY_S_MAX),
-            f"formed within {FORMED_S_MAX:g} s": _within(self.formed_s, FORMED_S_MAX),
-            f"at most {PSS_MB_MAX:g} MB for a robot": _within(pss_mb, PSS_MB_MAX),
-            f"99 % of ticks less than {LATE_S_MAX:g} s late": _within(late_s, LATE_S_MAX),
-            "verdict ok": self.ok,
-        }
-        return [aim for aim, reached in aims.items() if not reached]
+    def pss_mb(self, how: Doing) -> float | None:
+        """The memory of a robot at the end of that time."""
+        spent = self._spent(how)
+        return None if spent is None or spent.robot is None else spent.robot.pss_mb
+
+    def cpu_ms(self, how: Doing) -> float | None:
+        """The processor time of all parts together in that time."""
+        spent = self._spent(how)
+        return None if spent is None else spent.cpu_ms_in_all
+
+    def _spent(self, how: Doing) -> Spell | None:
+        return self.standing if how == "standing" else self.driving
 
 
-def _within(value: float | None, most: float) -> bool:
-    return value is not None and value <= most
+def figures(runs: Sequence[ScaleRun]) -> list[Figure]:
+    """The figures of all fleets, the smallest first; what never came is infinite."""
+    sizes, few = sorted({run.robots for run in runs}), [run for run in runs if run.robots == FEW_ROBOTS]
+    return [each for size in sizes for each in _of_size([run for run in runs if run.robots == size], few)]
+
+
+def _of_size(runs: Sequence[ScaleRun], few: Sequence[ScaleRun]) -> list[Figure]:
+    """The figures of fleets of one size; what a robot costs is compared with fleets of few robots."""
+    late = [run.ticks_late for run in runs]
+    p50_ms = [None if each is None else 1000.0 * each.p50_s for each in late]
+    p99_ms = [None if each is None else 1000.0 * each.p99_s for each in late]
+    rows: list[tuple[str, str, list[float | None], float | None]] = [
+        ("ready", "s", [run.ready_s for run in runs], READY_S_MAX),
+        ("formed", "s", [run.formed_s for run in runs], FORMED_S_MAX),
+        ("memory of a robot, standing", "MB", [run.pss_mb("standing") for run in runs], PSS_MB_MAX),
+        ("memory of a robot, driving", "MB", [run.pss_mb("driving") for run in runs], PSS_MB_MAX),
+        ("ticks late, median", "ms", p50_ms, None),
+        ("ticks late, p99", "ms", p99_ms, LATE_MS_MAX),
+        ("messages", "1/s", [run.messages_per_s for run in runs], None),
+        ("speed reached", "times real time", [run.speed_reached for run in runs], None),
+    ]
+    robots = runs[0].robots
+    told = [
+        figure(
+            f"{robots} robots: {name}",
+            unit,
+            _or_never(values),
+            aim=None if most is None else Aim(at_most=most),
+        )
+        for name, unit, values, most in rows
+    ]
+    is_compared = robots > FEW_ROBOTS and len(few) == len(runs)
+    told[4:4] = [
+        figure(
+            f"{robots} robots: CPU time for a robot, {how}",
+            "ms/s",
+            _or_never([run.cpu_ms(how) for run in runs]),
+            baselines={FEW: _or_never([run.cpu_ms(how) for run in few])} if is_compared else None,
+            aim=Aim(of=FEW, at_most=GROWTH_MAX) if is_compared else None,
+        )
+        for how in ("standing", "driving")
+    ]
+    verdicts = [float(run.ok) for run in runs]
+    return [*told, figure(f"{robots} robots: verdict ok", "", verdicts, aim=Aim(at_least=1.0))]
+
+
+def _or_never(values: Sequence[float | None]) -> list[float]:
+    return [math.inf if value is None else value for value in values]
 
 
 def scale_run(

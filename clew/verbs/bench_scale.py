@@ -12,8 +12,8 @@ import click
 import msgspec
 
 from clew.fleet.live import Launched
+from clew.verbs.bench_said import begin, print_figures
 from clew.verbs.options import AS_JSON, ROBOTS
-from clew.verbs.say import console, say_json
 from protocol.asked import terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -61,23 +61,26 @@ def scale(
 ) -> None:
     """Run fleets of real processes, one after the other, and measure memory, processor time and lateness.
 
-    Each is a queue that drives over open ground with some posts. Default: 5, 50, 200, 500 and 1000 robots.
-    Exits with 1 when a verdict is not ok.
+    Each is a queue that drives over open ground with some posts. Default: 5, 50, 200, 500 and 1000 robots; a
+    size that is given twice runs twice. Exits with 1 when a verdict is not ok.
     """
-    from clew.bench.scale import FLEETS
+    from clew.bench.scale import FLEETS, figures
 
+    begun = begin(
+        "scale",
+        f"Queues of real processes that drive over open ground with some posts, at speed {speed:g} at most. "
+        "CPU time is of all processes, per robot and simulated second. A repeat is a run.",
+    )
     runs: list[ScaleRun] = []
     with tempfile.TemporaryDirectory(prefix="clew-scale.") as temporary:
         folder = Path(temporary) if keep is None else keep
-        folder.mkdir(parents=True, exist_ok=True)
         for robots in fleets or FLEETS:
-            runs.append(_run(robots, speed, stand_s, folder))
-            missed = "; missed: " + ", ".join(runs[-1].misses) if runs[-1].misses else ""
-            click.echo(f"{robots} robots: {runs[-1].reason}{missed}", err=True)
+            runs.append(_run(robots, speed, stand_s, folder / f"{robots}-{len(runs) + 1}"))
+            click.echo(f"{robots} robots: {runs[-1].reason}", err=True)
     if as_json:
-        say_json(runs)
+        begun.say_json(figures(runs), runs)
     else:
-        _print(runs)
+        print_figures(f"Fleets of real processes on {os.cpu_count()} cores", figures(runs))
     ctx.exit(ExitCode.OK if all(run.ok for run in runs) else ExitCode.FAILED)
 
 
@@ -86,7 +89,8 @@ def _run(robots: int, speed: float, stand_s: float, folder: Path) -> "ScaleRun":
     from world.judge.verdict import VERDICT_FILE
     from world.record.run_files import read_verdict
 
-    path, out = folder / f"queue-{robots}.toml", folder / f"run-{robots}"
+    folder.mkdir(parents=True)
+    path, out = folder / "queue.toml", folder / "run"
     scenario = queue_before_posts(robots, seed=SEED)
     path.write_text(toml_text(msgspec.to_builtins(scenario)), encoding="utf-8")
     command = [sys.executable, "-m", "clew.cli", "run", str(path), "--out", str(out), "--quiet"]
@@ -147,12 +151,15 @@ class _Watched:
                 break
             self._look()
             last = processes(pids)
+            used = {part: usage_of(part, last) for part in PARTS}
+            if used["robot"] is None:  # they have ended since the look at the timeline
+                break
             found = spell(
                 cpu_s(first, last),
                 robots=self._robots,
                 sim_s=self._progress.now_s - since_s,
                 wall_s=time.monotonic() - since_wall_s,
-                used={part: usage_of(part, last) for part in PARTS},
+                used=used,
             )
         return found
 
@@ -173,47 +180,3 @@ class _Watched:
                 piece = file.read()
             self._read_bytes += len(piece)
             self._progress.read(piece)
-
-
-def _print(runs: "list[ScaleRun]") -> None:
-    from rich.table import Table
-
-    table = Table(title=f"Fleets of real processes on {os.cpu_count()} cores")
-    for column in (
-        "robots",
-        "ready [s]",
-        "formed [s]",
-        "MB per robot",
-        "standing [ms]",
-        "driving [ms]",
-        "asked",
-        "reached",
-        "late p50, p99 [ms]",
-        "messages/s",
-        "load",
-        "verdict",
-    ):
-        table.add_column(column, justify="right")
-    for run in runs:
-        memory = None if run.driving is None or run.driving.robot is None else run.driving.robot.pss_mb
-        late = run.ticks_late
-        table.add_row(
-            f"{run.robots}",
-            _told(run.ready_s, 1),
-            _told(run.formed_s, 1),
-            _told(memory, 1),
-            _told(None if run.standing is None else run.standing.cpu_ms_in_all, 1),
-            _told(None if run.driving is None else run.driving.cpu_ms_in_all, 1),
-            f"{run.speed:g}",
-            _told(run.speed_reached, 2),
-            "-" if late is None else f"{1000 * late.p50_s:.0f}, {1000 * late.p99_s:.0f}",
-            f"{run.messages_per_s:.0f}",
-            f"{run.load[0]:.1f}, {run.load[1]:.1f}",
-            "ok" if run.ok else run.reason,
-        )
-    console().print(table)
-    click.echo("Standing, driving: CPU ms of all processes per robot and simulated second.")
-
-
-def _told(value: float | None, decimals: int) -> str:
-    return "-" if value is None else f"{value:.{decimals}f}"

@@ -3,7 +3,7 @@
 import pytest
 from msgspec.structs import replace
 
-from clew.bench.scale import NTP64_PER_S, Progress, ScaleRun, queue_before_posts, scale_run, spell
+from clew.bench.scale import NTP64_PER_S, Progress, ScaleRun, figures, queue_before_posts, scale_run, spell
 from clew.bench.usage import Process, Usage, cpu_s, processes
 from protocol.timeline import Entry, PoseSampled, Record, RobotSettled, StrandJoined
 from tests.support.logs.logs import GOOD
@@ -39,7 +39,7 @@ def run(progress: Progress, **changed: object) -> ScaleRun:
         speed=1.0,
         began_s=100.0,
         said="",
-        standing=None,
+        standing=driving,
         driving=driving,
         load=(0.0, 1.0),
     )
@@ -78,18 +78,37 @@ def test_a_process_that_has_gone_is_left_out() -> None:
     assert processes({2**22 + 1: "python -m world"}) == []
 
 
+def missed(*runs: ScaleRun) -> list[str]:
+    return [each.name for each in figures(runs) if each.met is False]
+
+
 @pytest.mark.parametrize(
-    ("changed", "missed"),
+    ("changed", "names"),
     [
         ({}, []),
-        ({"ready_s": 5.1}, ["ready within 5 s"]),
-        ({"formed_s": None}, ["formed within 20 s"]),
-        ({"ok": False}, ["verdict ok"]),
-        ({"ticks_late": Late(p50_s=0.0, p99_s=0.06)}, ["99 % of ticks less than 0.05 s late"]),
+        ({"ready_s": 5.1}, ["2 robots: ready"]),
+        ({"formed_s": None}, ["2 robots: formed"]),
+        ({"ok": False}, ["2 robots: verdict ok"]),
+        ({"ticks_late": Late(p50_s=0.0, p99_s=0.06)}, ["2 robots: ticks late, p99"]),
+        ({"driving": None}, ["2 robots: memory of a robot, driving"]),
     ],
 )
-def test_an_aim_that_was_missed_is_named(changed: dict[str, object], missed: list[str]) -> None:
-    assert run(formed(), **changed).misses == missed
+def test_an_aim_that_was_missed_is_named(changed: dict[str, object], names: list[str]) -> None:
+    assert missed(run(formed(), **changed)) == names
+
+
+def test_a_robot_of_a_large_fleet_may_cost_little_more_than_one_of_fifty() -> None:
+    few = run(formed(), robots=50)
+    dear = spell({"robot": 4.0}, robots=2, sim_s=10.0, wall_s=11.0, used={"robot": USED})
+    assert missed(few, run(formed(), robots=200)) == []
+    assert missed(few, run(formed(), robots=200, driving=dear)) == [
+        "200 robots: CPU time for a robot, driving"
+    ]
+
+
+def test_runs_of_one_size_are_repeats() -> None:
+    told = {each.name: each for each in figures([run(formed()), run(formed(), ready_s=4.0)])}
+    assert told["2 robots: ready"].measured.repeats == 2
 
 
 def test_the_queue_has_posts_before_it_and_none_beside_it() -> None:
