@@ -81,16 +81,19 @@ def shows(request: Request, environment: Mapping[str, str], *, terminal: bool) -
     return Shows.TABLE if terminal and not plain else Shows.LINES
 
 
-async def probe(session: Session) -> None:
-    """Check that the user's router answers, before six processes report that it does not.
+def probe(session: Session) -> None:
+    """Check that a router admits a session, before six processes report that it does not.
 
     Raises:
-        UsageError: it does not answer.
+        UsageError: it does not.
     """
     from protocol.network.zenoh_transport import open_transport  # noqa: PLC0415 - few runs need Zenoh here
 
-    with open_transport(session, hear=(), answer=(), alive=None, watch=()):
-        pass
+    async def look() -> None:
+        with open_transport(session, hear=(), answer=(), alive=None, watch=()):
+            pass
+
+    asyncio.run(look())
 
 
 def free_endpoint() -> str:
@@ -145,7 +148,7 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
         inputs_bytes_max=max(1, round(request.keep * MIB_BYTES)),
     )
     if request.connect is not None:
-        asyncio.run(probe(read_session(private / f"{WORLD}.json")))
+        probe(read_session(private / f"{WORLD}.json"))
     settings = Settings(seed=request.seed, speed=request.speed, held=request.held)
     made = make_folder(folder.absolute())
     try:

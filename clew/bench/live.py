@@ -1,0 +1,94 @@
+"""A live fleet that a benchmark watches while it runs: its timeline, its processes, its router. A shell."""
+
+import contextlib
+import os
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+
+from clew.bench.scale import Progress
+from clew.fleet.live import Ended, Launched
+from protocol.faults.manual_faults import WHERE_FILE
+from protocol.files.toml_text import toml_text
+from protocol.network.session import UNIX_SOCKET, unix_socket_endpoint
+from world.judge.verdict import VERDICT_FILE, Verdict
+from world.record.run_files import read_verdict
+from world.scenario.scenario import Scenario
+
+SEED = 1
+START_WALL_S, START_WALL_S_PER_ROBOT = 60.0, 0.5  # as the world waits, and some time to form
+SOCKETS = Path("/proc/net/unix")
+CONNECTED = "03"  # the state of a socket there
+
+
+class LiveFleet:
+    """A fleet of real processes. It must be ended."""
+
+    def __init__(self, scenario: Scenario, folder: Path, *, speed: float) -> None:
+        """Start it; its run is `run` in the folder, which is made."""
+        folder.mkdir(parents=True)
+        path, self.out = folder / "queue.toml", folder / "run"
+        path.write_text(toml_text(msgspec.to_builtins(scenario)), encoding="utf-8")
+        self.robots = scenario.fleet.robots
+        self.progress = Progress(self.robots)
+        self.began_s = time.time()
+        """When its launcher was started [s since 1970]."""
+        self._read_bytes = 0
+        command = [sys.executable, "-m", "clew.cli", "run", str(path), "--out", str(self.out), "--quiet"]
+        self._launched = Launched([*command, "--speed", str(speed), "--seed", str(SEED)])
+
+    @property
+    def start_s_max(self) -> float:
+        """How long it may take to form."""
+        return START_WALL_S + START_WALL_S_PER_ROBOT * self.robots
+
+    @property
+    def processes(self) -> dict[int, str]:
+        """The command lines of all its living processes, by process id."""
+        return self._launched.processes
+
+    @property
+    def private(self) -> Path:
+        """The folder of its sessions, while it runs."""
+        return Path((self.out / WHERE_FILE).read_text(encoding="utf-8")).parent
+
+    @property
+    def sessions(self) -> int:
+        """How many sessions its router has: connections at its socket, as the kernel counts them."""
+        socket = unix_socket_endpoint(self.private).removeprefix(UNIX_SOCKET)
+        rows = [line.split() for line in SOCKETS.read_text(encoding="utf-8").splitlines()]
+        return sum(row[-1] == socket and row[5] == CONNECTED for row in rows)
+
+    def has_ended(self, within_s: float) -> bool:
+        """Whether it ends by itself within this time."""
+        return self._launched.has_ended(within_s)
+
+    def until(self, is_so: Callable[[], bool], wall_s_max: float) -> bool:
+        """Whether that is so within this time, before the fleet ends."""
+        until_s = time.monotonic() + wall_s_max
+        while not is_so():
+            if self._launched.has_ended() or time.monotonic() > until_s:
+                return False
+            self.look()
+        return True
+
+    def look(self) -> None:
+        """Read what is new in its timeline."""
+        with contextlib.suppress(FileNotFoundError), (self.out / "events.jsonl").open("rb") as file:
+            file.seek(self._read_bytes)
+            piece = file.read()
+            self._read_bytes += len(piece)
+            self.progress.read(piece)
+
+    def end(self) -> tuple[Ended, Verdict | None]:
+        """End it if it still runs; returns how it ended, and its verdict if it has one."""
+        ended = self._launched.end()
+        return ended, read_verdict(self.out) if (self.out / VERDICT_FILE).exists() else None
+
+
+def load() -> float:
+    """The machine's load average of the last minute."""
+    return os.getloadavg()[0]
