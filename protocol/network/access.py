@@ -1,13 +1,14 @@
-"""The router's access rules for one run of one fleet: which process may send and receive what. Pure.
+"""The router's access rules for one run: which process of which fleet may send and receive what. Pure.
 
 Rule 1: a message that no rule allows is refused.
 Rule 2: a robot sends only on keys with its own name as the sender. It receives only on keys with its own name
         as the receiver. It queries only its own scan and the mission.
-Rule 3: every process sees all liveliness tokens and declares only its own.
+Rule 3: every process sees all liveliness tokens of its fleet and declares only its own.
 Rule 4: rules use wildcards, so their number grows linearly with the robots, not with the square.
+Rule 5: the processes of a fleet have nothing to do with the keys of another.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from protocol.keys import WORLD, Keys, robot_name
@@ -17,11 +18,14 @@ ANY = "*"
 Json = dict[str, Any]
 
 
-def access_rules(keys: Keys, *, robots: int) -> Json:
-    """Zenoh's `access_control` settings for a fleet of this many robots."""
-    subjects = {WORLD: _world_rules(keys)}
-    for robot in range(1, robots + 1):
-        subjects[robot_name(robot)] = _robot_rules(keys, robot_name(robot))
+def user_name(keys: Keys, name: str) -> str:
+    """The user name of a fleet's process at the router."""
+    return f"{keys.fleet}.{name}"
+
+
+def access_rules(fleets: Mapping[Keys, int]) -> Json:
+    """Zenoh's `access_control` settings for fleets of so many robots, by their keys."""
+    subjects = {user: rules for keys, robots in fleets.items() for user, rules in _subjects(keys, robots)}
     return {
         "enabled": True,
         "default_permission": "deny",
@@ -33,10 +37,19 @@ def access_rules(keys: Keys, *, robots: int) -> Json:
     }
 
 
-def _robot_rules(keys: Keys, robot: str) -> list[Json]:
+def _subjects(keys: Keys, robots: int) -> Iterator[tuple[str, list[Json]]]:
+    """The users of one fleet, and what each may do."""
+    user = user_name(keys, WORLD)
+    yield user, _world_rules(user, keys)
+    for robot in map(robot_name, range(1, robots + 1)):
+        user = user_name(keys, robot)
+        yield user, _robot_rules(user, keys, robot)
+
+
+def _robot_rules(user: str, keys: Keys, robot: str) -> list[Json]:
     return [
         *_says(
-            robot,
+            user,
             [
                 keys.link(robot, ANY),
                 keys.view(robot, ANY),
@@ -46,7 +59,7 @@ def _robot_rules(keys: Keys, robot: str) -> list[Json]:
             ],
         ),
         *_hears(
-            robot,
+            user,
             [
                 keys.link(ANY, robot),
                 keys.view(ANY, robot),
@@ -55,19 +68,19 @@ def _robot_rules(keys: Keys, robot: str) -> list[Json]:
                 keys.fault(robot),
             ],
         ),
-        *_asks(robot, [keys.scan(robot), keys.mission()]),
-        *_watches(robot, keys),
-        _allow(robot, "lives", "ingress", ["liveliness_token"], [keys.alive(robot, ANY)]),
+        *_asks(user, [keys.scan(robot), keys.mission()]),
+        *_watches(user, keys),
+        _allow(user, "lives", "ingress", ["liveliness_token"], [keys.alive(robot, ANY)]),
     ]
 
 
-def _world_rules(keys: Keys) -> list[Json]:
+def _world_rules(user: str, keys: Keys) -> list[Json]:
     return [
-        *_says(WORLD, [keys.odometry(ANY), keys.logged(ANY), keys.fault(ANY)]),
-        *_hears(WORLD, [keys.drive(ANY), keys.fence(ANY), keys.log(ANY)]),
-        *_answers(WORLD, [keys.scan(ANY), keys.mission()]),
-        *_watches(WORLD, keys),
-        _allow(WORLD, "lives", "ingress", ["liveliness_token"], [keys.alive(WORLD, ANY)]),
+        *_says(user, [keys.odometry(ANY), keys.logged(ANY), keys.fault(ANY)]),
+        *_hears(user, [keys.drive(ANY), keys.fence(ANY), keys.log(ANY)]),
+        *_answers(user, [keys.scan(ANY), keys.mission()]),
+        *_watches(user, keys),
+        _allow(user, "lives", "ingress", ["liveliness_token"], [keys.alive(WORLD, ANY)]),
     ]
 
 

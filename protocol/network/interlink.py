@@ -2,11 +2,13 @@
 
 Rule 1: the second router connects to the first, with a user name of its own. The first connects to nobody. So
         a restarted second router connects again, and a restarted first router is found by the second.
-Rule 2: a router may forward everything on the fleet's keys: a robot's messages are checked by the router that
-        the robot is connected to.
+Rule 2: a router may forward everything on the keys of the run's fleets: a robot's messages are checked by
+        the router that the robot is connected to.
 Rule 3: only the accepting side learns a user name. So the second router knows the first by the protocol of
         their link. The second must not listen on that protocol, so that no other process can use it.
 """
+
+from collections.abc import Iterable
 
 from protocol.keys import Keys
 from protocol.network.access import Json
@@ -28,14 +30,14 @@ EVERYTHING = (
 )
 
 
-def with_other_router(access: Json, keys: Keys, *, asks: bool) -> Json:
-    """A fleet's access rules with those of the other router; the second router `asks` the first."""
+def with_other_router(access: Json, fleets: Iterable[Keys], *, asks: bool) -> Json:
+    """A run's access rules with those of the other router; the second router `asks` the first."""
     rule = {
         "id": ROUTER,
         "permission": "allow",
         "flows": ["ingress", "egress"],
         "messages": list(EVERYTHING),
-        "key_exprs": [f"{keys.root}/**"],
+        "key_exprs": [f"{keys.root}/**" for keys in fleets],
     }
     subject = {"link_protocols": [PROTOCOL]} if asks else {"usernames": [ROUTER]}
     return access | {

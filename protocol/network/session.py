@@ -8,6 +8,7 @@ import os
 import re
 import secrets
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, TypeVar
 
@@ -18,6 +19,7 @@ from protocol.errors import UsageError
 from protocol.files.opening import read_bytes
 from protocol.frames import ROBOTS_MAX
 from protocol.keys import WORLD, Keys, robot_name
+from protocol.network.access import user_name
 from protocol.network.interlink import ROUTER
 
 Chunk = Annotated[str, Meta(pattern=r"\A[A-Za-z0-9_.-]{1,64}\Z")]  # one chunk of a key, no wildcard
@@ -43,7 +45,7 @@ class Session(Struct, frozen=True, kw_only=True):
     run: Chunk
     name: Chunk
     robots: Annotated[int, Meta(ge=1, le=ROBOTS_MAX)] = 1
-    """The size of its fleet."""
+    """How many robots share its routers: those of all fleets of its run."""
     endpoints: Annotated[tuple[Endpoint, ...], Meta(min_length=1)]
     """The endpoints of all routers; any of them can be used."""
     user: str | None = None
@@ -60,11 +62,11 @@ class Session(Struct, frozen=True, kw_only=True):
 
 
 class RouterSession(Struct, frozen=True, kw_only=True):
-    """The parameters of the fleet's routers: the processes to admit, and the endpoints."""
+    """The parameters of a run's routers: the processes to admit, and the endpoints."""
 
-    fleet: Chunk
     run: Chunk
-    robots: Annotated[int, Meta(ge=1, le=ROBOTS_MAX)]
+    fleets: Annotated[dict[Chunk, Annotated[int, Meta(ge=1, le=ROBOTS_MAX)]], Meta(min_length=1)]
+    """How many robots each fleet has."""
     endpoints: Annotated[tuple[Endpoint, ...], Meta(min_length=1, max_length=ROUTERS_MAX)]
     """The endpoint of each router, in order."""
     interlink: Endpoint | None = None
@@ -73,9 +75,26 @@ class RouterSession(Struct, frozen=True, kw_only=True):
     """The password of the second router at the first."""
 
     @property
-    def keys(self) -> Keys:
-        """The keys of its run."""
-        return Keys(self.fleet, self.run)
+    def robots(self) -> int:
+        """How many robots all fleets have."""
+        return sum(self.fleets.values())
+
+    @property
+    def fleet_keys(self) -> dict[Keys, int]:
+        """How many robots each fleet has, by its keys."""
+        return {Keys(fleet, self.run): robots for fleet, robots in self.fleets.items()}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Crew:
+    """One fleet of a run: its sessions are to be written."""
+
+    fleet: str
+    robots: int
+    sessions: Path
+    """The folder for the sessions of its world and its robots."""
+    inputs: Path | None = None
+    inputs_bytes_max: int = INPUTS_BYTES_MAX
 
 
 def unix_socket_endpoint(folder: Path, number: int = 1) -> str:
@@ -96,48 +115,62 @@ def write_sessions(
     inputs: Path | None = None,
     inputs_bytes_max: int = INPUTS_BYTES_MAX,
 ) -> None:
-    """Write `world.json`, `r1.json`, ... and, with passwords, the files of our own routers.
+    """Write the sessions of a run with one fleet, as `write_all_sessions`."""
+    crew = Crew(fleet=fleet, robots=robots, sessions=folder, inputs=inputs, inputs_bytes_max=inputs_bytes_max)
+    write_all_sessions(folder, [crew], run=run, endpoints=endpoints, interlink=interlink, passwords=passwords)
+
+
+def write_all_sessions(
+    folder: Path,
+    crews: Sequence[Crew],
+    *,
+    run: str,
+    endpoints: Sequence[str],
+    interlink: str | None = None,
+    passwords: bool = True,
+) -> None:
+    """Write `world.json`, `r1.json`, ... of each fleet and, with passwords, the files of our own routers.
 
     Raises:
         UsageError: a name, an endpoint or the folder is unusable.
     """
     for endpoint in endpoints:
         check_endpoint(endpoint)
-    names = [WORLD, *(robot_name(robot) for robot in range(1, robots + 1))]
-    users = names if interlink is None else [*names, ROUTER]
-    secret_of = {name: secrets.token_urlsafe(24) for name in users} if passwords else {}
+    robots = {crew.fleet: crew.robots for crew in crews}
+    password = secrets.token_urlsafe(24) if passwords and interlink is not None else None
+    lines = [] if password is None else [f"{ROUTER}:{password}\n"]
     try:
         router = msgspec.convert(
             {
-                "fleet": fleet,
                 "run": run,
-                "robots": robots,
+                "fleets": robots,
                 "endpoints": endpoints,
                 "interlink": interlink,
-                "password": secret_of.get(ROUTER),
+                "password": password,
             },
             RouterSession,
         )
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        folder.chmod(0o700)
-        for name in names:
-            user = name if passwords else None
-            session = Session(
-                fleet=fleet,
-                run=run,
-                name=name,
-                robots=robots,
-                endpoints=tuple(endpoints),
-                user=user,
-                password=secret_of.get(name),
-                inputs=None if inputs is None else str(inputs),
-                inputs_bytes_max=inputs_bytes_max,
-            )
-            _write_private(folder / f"{name}.json", msgspec.json.encode(session))
+        for each in (folder, *(crew.sessions for crew in crews)):
+            each.mkdir(mode=0o700, parents=True, exist_ok=True)
+            each.chmod(0o700)
+        for crew in crews:
+            for name in (WORLD, *map(robot_name, range(1, crew.robots + 1))):
+                session = Session(
+                    fleet=crew.fleet,
+                    run=run,
+                    name=name,
+                    robots=router.robots,
+                    endpoints=tuple(endpoints),
+                    user=user_name(Keys(crew.fleet, run), name) if passwords else None,
+                    password=secrets.token_urlsafe(24) if passwords else None,
+                    inputs=None if crew.inputs is None else str(crew.inputs),
+                    inputs_bytes_max=crew.inputs_bytes_max,
+                )
+                _write_private(crew.sessions / f"{name}.json", msgspec.json.encode(session))
+                lines.append(f"{session.user}:{session.password}\n")
         if passwords:
             _write_private(folder / ROUTER_FILE, msgspec.json.encode(router))
-            lines = "".join(f"{name}:{secret}\n" for name, secret in secret_of.items())
-            _write_private(folder / USERS_FILE, lines.encode())
+            _write_private(folder / USERS_FILE, "".join(lines).encode())
     except (OSError, msgspec.ValidationError) as error:
         raise UsageError(f"cannot write sessions into {folder}: {error}") from error
 

@@ -62,9 +62,9 @@ def client_settings(session: Session, connect_timeout_ms: int = CONNECT_TIMEOUT_
 def router_settings(session: RouterSession, folder: Path, number: int = 1) -> Json:
     """For the first or the second router: users from the folder's file, access by the rules."""
     asks = number > 1  # `protocol.network.interlink`
-    access, between = access_rules(session.keys, robots=session.robots), session.interlink
+    access, between = access_rules(session.fleet_keys), session.interlink
     if between is not None:
-        access = with_other_router(access, session.keys, asks=asks)
+        access = with_other_router(access, session.fleet_keys, asks=asks)
     listens_for = [] if asks or between is None else [between]
     settings = _common(session.robots) | {
         "mode": "router",

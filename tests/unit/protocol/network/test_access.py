@@ -3,17 +3,19 @@
 import pytest
 
 from protocol.keys import Keys
-from protocol.network.access import Json, access_rules
+from protocol.network.access import Json, access_rules, user_name
 
 KEYS = Keys("f", "t")
 ROBOTS = 4
 
 
-def allowed(name: str, flow: str, message: str, *, robots: int = ROBOTS) -> set[str]:
-    """The keys on which a process may do this; the flow is seen from the router."""
-    settings = access_rules(KEYS, robots=robots)
+def allowed(name: str, flow: str, message: str, *others: Keys) -> set[str]:
+    """The keys on which a process may do this beside other fleets; the flow is seen from the router."""
+    settings = access_rules({KEYS: ROBOTS, **dict.fromkeys(others, ROBOTS)})
     rules: dict[str, Json] = {rule["id"]: rule for rule in settings["rules"]}
-    subjects = {subject["id"] for subject in settings["subjects"] if subject["usernames"] == [name]}
+    subjects = {
+        subject["id"] for subject in settings["subjects"] if subject["usernames"] == [user_name(KEYS, name)]
+    }
     return {
         key
         for policy in settings["policies"]
@@ -25,7 +27,7 @@ def allowed(name: str, flow: str, message: str, *, robots: int = ROBOTS) -> set[
 
 
 def test_messages_that_no_rule_allows_are_refused() -> None:
-    settings = access_rules(KEYS, robots=ROBOTS)
+    settings = access_rules({KEYS: ROBOTS})
     assert settings["enabled"]
     assert settings["default_permission"] == "deny"
     assert {rule["permission"] for rule in settings["rules"]} == {"allow"}
@@ -86,6 +88,17 @@ def test_no_process_may_delete_and_foreign_processes_may_do_nothing() -> None:
     assert allowed(f"r{ROBOTS + 1}", "ingress", "put") == set()
 
 
+@pytest.mark.parametrize("name", ["r2", "world"])
+@pytest.mark.parametrize("flow", ["ingress", "egress"])
+@pytest.mark.parametrize(
+    "message", ["put", "query", "reply", "declare_subscriber", "declare_queryable", "liveliness_token"]
+)
+def test_another_fleet_on_the_same_router_gives_a_process_no_further_rights(
+    name: str, flow: str, message: str
+) -> None:
+    assert allowed(name, flow, message, Keys("g", "t")) == allowed(name, flow, message)
+
+
 def test_the_number_of_rules_grows_linearly_with_the_robots() -> None:
-    few, many = (len(str(access_rules(KEYS, robots=robots))) for robots in (100, 200))
+    few, many = (len(str(access_rules({KEYS: robots}))) for robots in (100, 200))
     assert many < 2.1 * few

@@ -9,11 +9,13 @@ import pytest
 from protocol.errors import UsageError
 from protocol.keys import Keys
 from protocol.network.session import (
+    Crew,
     Session,
     check_endpoint,
     read_router_session,
     read_session,
     unix_socket_endpoint,
+    write_all_sessions,
     write_sessions,
 )
 from protocol.network.settings import client_settings, router_settings
@@ -34,16 +36,30 @@ def passwords(folder: Path) -> dict[str, str]:
 
 def test_every_process_of_the_run_gets_its_own_session(folder: Path) -> None:
     known = passwords(folder)
-    assert sorted(known) == ["r1", "r2", "r3", "world"]
-    for name, password in known.items():
+    assert sorted(known) == ["f.r1", "f.r2", "f.r3", "f.world"]
+    for user, password in known.items():
+        name = user.removeprefix("f.")
         assert read_session(folder / f"{name}.json") == Session(
-            fleet="f", run="t1", name=name, robots=3, endpoints=(ENDPOINT,), user=name, password=password
+            fleet="f", run="t1", name=name, robots=3, endpoints=(ENDPOINT,), user=user, password=password
         )
+
+
+def test_the_processes_of_several_fleets_have_keys_and_passwords_of_their_own(tmp_path: Path) -> None:
+    crews = [
+        Crew(fleet=name, robots=robots, sessions=tmp_path / name) for name, robots in (("a", 1), ("b", 2))
+    ]
+    write_all_sessions(tmp_path, crews, run="t1", endpoints=[ENDPOINT])
+    one, other = (read_session(tmp_path / name / "r1.json") for name in ("a", "b"))
+    assert (one.keys, other.keys) == (Keys("a", "t1"), Keys("b", "t1"))
+    assert one.password != other.password
+    assert one.robots == 3  # for time limits: they share the router
+    assert len(passwords(tmp_path)) == 5
+    assert read_router_session(tmp_path).fleet_keys == {one.keys: 1, other.keys: 2}
 
 
 def test_the_routers_session_contains_its_users_and_endpoints(folder: Path) -> None:
     session = read_router_session(folder)
-    assert (session.robots, session.endpoints, session.keys) == (3, (ENDPOINT,), Keys("f", "t1"))
+    assert (session.fleet_keys, session.endpoints) == ({Keys("f", "t1"): 3}, (ENDPOINT,))
     settings = router_settings(session, folder)
     assert settings["transport"]["auth"]["usrpwd"] == {"dictionary_file": str(folder / "users")}
 
