@@ -5,16 +5,22 @@ import logging
 import os
 import resource
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
-from protocol.network.session import read_session
+from protocol.network.session import Session, read_session
 from protocol.plain import PlainFormatter
-from protocol.run_settings import check_is_run, read_plan, read_settings
+from protocol.run_settings import SCENARIO_FILE, check_is_run, read_plan, read_settings
+from world.judge.ground import Ground
+from world.judge.together import TogetherVerdict, pass_together
+from world.judge.verdict import Verdict
+from world.life import Request
 from world.record.recorder import RecordingFailedError
-from world.record.run_files import read_scenario
-from world.shell import Request, run
+from world.record.run_files import read_scenario, save_verdict
+from world.scenario.fleets import load_fleets
+from world.shell import run
 
 STDIN = 0
 
@@ -26,21 +32,8 @@ def main() -> int:
     stderr.setFormatter(PlainFormatter("world: %(message)s"))
     logging.basicConfig(handlers=[stderr], level=logging.INFO)
     try:
-        check_is_run(arguments.run)
-        settings = read_settings(arguments.run)
-        request = Request(
-            scenario=read_scenario(arguments.run),
-            session=read_session(arguments.session),
-            out=arguments.run,
-            seed=settings.seed,
-            speed=settings.speed,
-            held=settings.held,
-            lifeline=STDIN if arguments.lifeline else None,
-            plan=read_plan(arguments.run),
-            private=arguments.session.parent,
-            resume=arguments.resume,
-        )
-        verdict = run(request)
+        sessions = [(path.parent, read_session(path)) for path in arguments.session]
+        verdict = _run_one(arguments, *sessions[0]) if len(sessions) == 1 else _run_all(arguments, sessions)
     except UsageError as error:
         logging.error("%s", error)
         return ExitCode.USAGE
@@ -53,6 +46,46 @@ def main() -> int:
         os.abort()  # a crash without a verdict: the launcher restarts the world, which resumes the run
     logging.info("%s: %s", "ok" if verdict.ok else "FAILED", verdict.reason)
     return verdict.exit_code
+
+
+def _run_one(arguments: argparse.Namespace, private: Path, session: Session) -> Verdict:
+    return run([_request(arguments, arguments.run, private, session)])[0]
+
+
+def _run_all(arguments: argparse.Namespace, sessions: Sequence[tuple[Path, Session]]) -> TogetherVerdict:
+    """Run several fleets on one ground."""
+    folder = arguments.run
+    check_is_run(folder)
+    requests = {
+        session.fleet: _request(arguments, folder / session.fleet, private, session, fleet=session.fleet)
+        for private, session in sessions
+    }
+    ground = Ground({name: each.scenario for name, each in requests.items()})
+    verdicts = dict(zip(requests, run(list(requests.values()), ground), strict=True))
+    name, seed = load_fleets(str(folder / SCENARIO_FILE)).name, read_settings(folder).seed
+    verdict = pass_together(name, seed, verdicts, ground.between)
+    save_verdict(verdict, folder)
+    return verdict
+
+
+def _request(
+    arguments: argparse.Namespace, folder: Path, private: Path, session: Session, *, fleet: str = ""
+) -> Request:
+    check_is_run(folder)
+    settings = read_settings(folder)
+    return Request(
+        scenario=read_scenario(folder),
+        session=session,
+        out=folder,
+        seed=settings.seed,
+        speed=settings.speed,
+        held=settings.held,
+        lifeline=STDIN if arguments.lifeline else None,
+        plan=read_plan(folder),
+        private=private,
+        resume=arguments.resume,
+        fleet=fleet,
+    )
 
 
 def _parse() -> argparse.Namespace:
@@ -69,7 +102,12 @@ def _parse() -> argparse.Namespace:
         help="the run's folder, with scenario.toml, run.toml and, if anything is to fail, faults.toml",
     )
     parser.add_argument(
-        "--session", type=Path, required=True, metavar="FILE", help="the world's session file"
+        "--session",
+        type=Path,
+        required=True,
+        action="append",
+        metavar="FILE",
+        help="the world's session file; of several fleets one for each, and RUN has a folder for each",
     )
     parser.add_argument(
         "--resume", action="store_true", help="go on from the timeline in RUN, if there is one"

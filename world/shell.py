@@ -1,101 +1,67 @@
-"""The shell of the world: its session, the wall clock, the files. It decides nothing about the run.
+"""The shell of the world: one fleet, or several that share one ground and one clock. It decides nothing.
 
-Rule 1: an entry of the world is written before any message that depends on it is sent.
-Rule 2: the verdict is written however the run ends, as long as the timeline could be written.
-Rule 3: the timeline is read back as it is written. The world judges what stands in the file, and the verdict
-        says what does not stand there.
+Rule 1: the verdict is written however the run ends, as long as the timeline could be written.
+Rule 2: the clocks of all fleets tick together, once those of all whose runs go on are due. So each scan shows
+        the bodies of all fleets as they are at one instant.
+Rule 3: a fleet whose run has ended stands where it is, and the others go on.
 """
 
 import asyncio
 import contextlib
 import logging
-import math
 import secrets
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import AsyncIterator, Sequence
 from datetime import UTC, datetime
-from pathlib import Path
 
 from protocol.ending import asked_to_end
-from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
-from protocol.faults.plan import NO_FAULTS, Plan
-from protocol.faults.process_commands import send_process_fault
-from protocol.faults.process_faults import ProcessAction
-from protocol.faults.rules import Rule
-from protocol.fence import NOBODY_NUMBER, Raise, Release, Stop, Turn
-from protocol.keys import WORLD, robot_name, robot_number
-from protocol.network.faulty_transport import Conditions, FaultyTransport
-from protocol.network.session import Session
-from protocol.network.transport import Appeared, Arrival, Asked, Heard, Listed, Refused, Transport, Vanished
+from protocol.keys import WORLD
+from protocol.network.transport import Arrival, Transport
 from protocol.network.zenoh_transport import open_transport
-from protocol.timeline import Entry, Record
-from protocol.wire.messages import Drive, LogBatch, Logged, Message, Phase, ScanQuery
 from world.bodies.arena import ODOMETRY_TICKS
-from world.closing import Circumstances, verdict_of
-from world.commands import Command, Note, ServeScan, TellOdometry
 from world.control import Serves, heard
-from world.core import World
-from world.events import (
-    EntryRead,
-    EntryWritten,
-    Event,
-    FencePut,
-    MessageDropped,
-    OrderHeard,
-    ScanAsked,
-    StopAsked,
-    TokenCame,
-    TokenWent,
-)
 from world.faults import RunFaults
-from world.judge.books import Account
+from world.judge.ground import Ground
 from world.judge.verdict import Verdict
-from world.pace import Pace
-from world.record.progress import progress
+from world.life import Life, Request
+from world.pace import GLANCE_S
 from world.record.readback import Readback
 from world.record.recorder import EVENTS_FILE, Header, Recorder, RecordingFailedError, Written, open_events
-from world.record.resume import Past, continue_events, read_past
+from world.record.resume import continue_events, read_past
 from world.record.run_files import BEGUN_FILE, check_unchanged, header_of, save_verdict
-from world.scenario.scenario import Scenario
 
 log = logging.getLogger("world")
 
-STRUCK_S = 0.2  # wall: the launcher acts within about 5 ms
-CHECK_WALL_S = 0.5  # a folder that was removed is noticed within a second
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Request:
-    """The user's request for a run."""
-
-    scenario: Scenario
-    session: Session
-    out: Path
-    seed: int
-    speed: float | None
-    held: bool = False
-    lifeline: int | None
-    plan: Plan = NO_FAULTS
-    private: Path
-    """The run's private folder, with the sockets and pipes of hosts and launcher."""
-    resume: bool = False
-    """Resume from the timeline in `out`, if there is one."""
-
-
-def run(request: Request) -> Verdict:
-    """Execute one run to its verdict.
+def run(requests: Sequence[Request], ground: Ground | None = None) -> list[Verdict]:
+    """Execute the runs of all fleets to their verdicts; several share this ground.
 
     Raises:
-        UsageError: no router admits us, or the run's folder is unusable.
-        RecordingFailedError: the timeline or the verdict can no longer be written.
-        SessionLostError: see `open_transport`; the timeline is complete until then.
+        UsageError: no router admits us, or a run's folder is unusable.
+        RecordingFailedError: a timeline or a verdict can no longer be written.
+        SessionLostError: see `open_transport`; the timelines are complete until then.
     """
-    return asyncio.run(_run(request))
+    verdicts = asyncio.run(_run(requests, ground))
+    for request, verdict in zip(requests, verdicts, strict=True):
+        save_verdict(verdict, request.out)
+    return verdicts
 
 
-async def _run(request: Request) -> Verdict:
+async def _run(requests: Sequence[Request], ground: Ground | None) -> list[Verdict]:
+    async with contextlib.AsyncExitStack() as stack:
+        ending = stack.enter_context(asked_to_end(requests[0].lifeline))
+        lives = [await stack.enter_async_context(_opened(request)) for request in requests]
+        if ground is not None:
+            for life in lives:
+                life.share_ground(ground.others_of(life.fleet))
+        await _live(lives, ending, ground)
+        return [life.verdict for life in lives if life.verdict is not None]
+
+
+@contextlib.asynccontextmanager
+async def _opened(request: Request) -> AsyncIterator[Life]:
+    """The life of one fleet, with its session and its files."""
     faults, written = RunFaults(request.plan, request.seed, robots=request.scenario.fleet.robots), Written()
     past = read_past(request.out, faults.recall, written.recall) if request.resume else None
     begun = request.private / BEGUN_FILE
@@ -108,7 +74,6 @@ async def _run(request: Request) -> Verdict:
     answer = [keys.scan("*"), keys.mission()]
     alive, watch = keys.alive(WORLD, secrets.token_hex(4)), [keys.tokens_of("*")]
     with (
-        asked_to_end(request.lifeline) as ending,
         open_transport(request.session, hear=hear, answer=answer, alive=alive, watch=watch) as transport,
         # Last, so that a run that cannot start leaves no files.
         open_events(request.out) if past is None else continue_events(request.out, past.whole_bytes) as file,
@@ -117,12 +82,10 @@ async def _run(request: Request) -> Verdict:
         recorder = Recorder(file, header if past is None else None, written)
         begun.touch()
         with contextlib.closing(Readback(request.out, file)) as readback:
-            life = _Life(request, transport, recorder, readback, faults=faults, past=past)
+            life = Life(request, transport, recorder, readback, header.started_at, faults=faults, past=past)
             serves = Serves(life.add_fault, life.end_fault, life.halt, life.go)
             async with heard(request.private, request.out, serves):
-                verdict = await life.run(ending, header.started_at)
-    save_verdict(verdict, request.out)
-    return verdict
+                yield life
 
 
 def _header(request: Request, transport: Transport) -> Header:
@@ -137,261 +100,61 @@ def _header(request: Request, transport: Transport) -> Header:
     )
 
 
-class _Life:
-    """The state of the world's shell."""
+async def _live(lives: Sequence[Life], ending: asyncio.Future[ExitCode], ground: Ground | None) -> None:
+    """Run until the runs of all have been judged."""
+    going = list(lives)
+    for life in going:
+        life.begin()
+    while going:
+        # A resumed world reads the whole timeline again, as fast as its other work allows.
+        is_behind = any(life.is_behind for life in going)
+        wait_s = 0.0 if is_behind else _wait_s(going, time.monotonic())
+        for life in going:
+            life.note_turn(time.monotonic(), time.thread_time(), asked_s=wait_s)
+        arrivals = await _arrivals(going, wait_s)
+        asked = ending.result() if ending.done() else None
+        for life, arrived in zip(going, arrivals, strict=True):
+            life.turn(arrived, asked)
+        going = [life for life in going if life.verdict is None]
+        for _ in range(ODOMETRY_TICKS):  # then arrivals are processed
+            if not going or _wait_s(going, time.monotonic()) > 0.0:
+                break
+            for life in going:
+                life.tick()
+            _move(lives, ground)
+        for life in going:
+            life.after_ticks()
 
-    def __init__(
-        self,
-        request: Request,
-        transport: Transport,
-        recorder: Recorder,
-        readback: Readback,
-        *,
-        faults: RunFaults,
-        past: Past | None,
-    ) -> None:
-        self._request = request
-        self._keys = request.session.keys
-        conditions = Conditions(request.plan, request.seed, request.speed or 1.0)
-        self._transport = FaultyTransport(
-            transport, conditions, self._keys, WORLD, lambda fault: self._note(self._world.now_s, fault)
-        )
-        self._faults = faults
-        self._recorder = recorder
-        self._readback = readback
-        self._check_wall_s = 0.0
-        """When the run's folder is checked next."""
-        self._mission = request.scenario.mission()
-        self._started_wall_s = self._over_wall_s = time.monotonic()
-        self._past = past
-        self._world = World(request.scenario, seed=request.seed, wall_s=self._started_wall_s, past=past)
-        self._pace = Pace(request.speed, self._is_held_up, 0.0 if request.held else math.inf)
 
-    async def run(self, ending: asyncio.Future[ExitCode], started_at: str) -> Verdict:
-        """Run until the world has judged the run."""
-        world, pace = self._world, self._pace
-        if self._past is not None:
-            self._resume(self._past)
-        while True:
-            # A resumed world reads the whole timeline again, as fast as its other work allows.
-            wait_s = 0.0 if self._readback.is_behind else pace.wait_s(world, wall_s=time.monotonic())
-            world.answers.lateness.turn(time.monotonic(), time.thread_time(), asked_s=wait_s)
-            for arrival in await self._transport.arrivals(wait_s):
-                self._take(arrival)
-            if ending.done():
-                self._handle(StopAsked(ending.result()))
-            self._read_back()
-            self._obey(world.look(wall_s=time.monotonic(), router=self._transport.router))
-            if world.judgement is not None:
-                break  # the run has its end: nothing follows
-            for _ in range(ODOMETRY_TICKS):  # then arrivals are processed
-                if not world.started or pace.wait_s(world, wall_s=time.monotonic()) > 0.0:
-                    break
-                self._obey(world.tick())
-                pace.ticked(world, wall_s=time.monotonic())
-            self._obey(world.remind(pace.take_reminder(world, wall_s=time.monotonic())))
-            self._note_wall_times()
-            self._inject_faults()
-        self._read_back()
-        return self._verdict(started_at)
+def _wait_s(going: Sequence[Life], wall_s: float) -> float:
+    """How long until all clocks are due (rule 2) [wall s]; no clock ticks before all robots have come."""
+    if not all(life.has_started for life in going):
+        return GLANCE_S
+    waits_s = {life: life.wait_s(wall_s) for life in going}
+    running = [life for life in going if not life.is_over]
+    return max(waits_s[life] for life in running or going)
 
-    def _read_back(self) -> None:
-        """Let the world judge what stands in the timeline: a part of it while the run goes on, else all."""
-        if time.monotonic() >= self._check_wall_s:
-            self._check_wall_s = time.monotonic() + CHECK_WALL_S
-            self._readback.check()
-        for source, entry in self._readback.read():
-            self._handle(EntryRead(source, entry))
-        while self._world.phase is not Phase.RUNNING and self._readback.is_behind:
-            for source, entry in self._readback.read():
-                self._handle(EntryRead(source, entry))
 
-    def _resume(self, past: Past) -> None:
-        """Restore the state that the killed world had recorded."""
-        ran_s = (datetime.now(UTC) - datetime.fromisoformat(past.header.started_at)).total_seconds()
-        self._obey(self._world.resume(wall_s=time.monotonic()))
-        if self._world.started:
-            self._started_wall_s -= ran_s
+async def _arrivals(going: Sequence[Life], wait_s: float) -> list[Sequence[Arrival]]:
+    """Wait until something arrives for one of them; what has arrived for each."""
+    if len(going) == 1:
+        return [await going[0].arrivals(wait_s)]
+    waits = [asyncio.ensure_future(life.arrivals(wait_s)) for life in going]
+    try:
+        await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for each in waits:
+            each.cancel()  # does nothing to those that are done
+    await asyncio.wait(waits)
+    return [
+        await life.arrivals(0.0) if each.cancelled() else each.result()
+        for life, each in zip(going, waits, strict=True)
+    ]
 
-    def _note_wall_times(self) -> None:
-        if self._world.ending is None:
-            self._over_wall_s = time.monotonic()
-            if not self._world.started:
-                self._started_wall_s = self._over_wall_s
 
-    def add_fault(self, rule: Rule, for_s: float | None) -> str:
-        """Apply a manual fault rule from now on; returns its name.
-
-        Raises:
-            UsageError: the run is not active, or the rule is refused.
-        """
-        self._check_running()
-        return self._faults.add(rule, now_s=self._world.now_s, for_s=for_s)
-
-    def end_fault(self, name: str) -> None:
-        """End a manual rule for messages.
-
-        Raises:
-            UsageError: the run is not active, or no such rule is.
-        """
-        self._check_running()
-        self._faults.end(name, now_s=self._world.now_s)
-
-    def halt(self, *, stop: bool) -> str:
-        """Stop the fleet as its operator, or release it; returns what it is in the timeline.
-
-        Raises:
-            UsageError: the run is not active, or there is nothing to stop or to release.
-        """
-        self._check_running()
-        before = self._world.arena.fence
-        change = Stop() if stop else Release(generation=before.epoch.generation)
-        self._handle(FencePut(NOBODY_NUMBER, change))
-        if (fence := self._world.arena.fence) == before:
-            raise UsageError("the fleet is stopped already" if stop else "the fleet is not stopped")
-        return f"{fence.may}, epoch {fence.epoch.number}"
-
-    def go(self, for_s: float) -> str:
-        """Let a held run go on for so long from now; returns its time.
-
-        Raises:
-            UsageError: the run is not active.
-        """
-        self._check_running()
-        self._pace.go(self._world.now_s + for_s, wall_s=time.monotonic())
-        return f"{self._world.now_s:.3f}"
-
-    def _check_running(self) -> None:
-        if not self._world.started or self._world.phase is not Phase.RUNNING:
-            raise UsageError("the run has not begun, or is over")
-
-    def _inject_faults(self) -> None:
-        """Inject the faults that are due, while the run is active; each is recorded first."""
-        now_s = self._world.now_s
-        self._transport.tell_time(now_s)
-        if not self._world.started or self._world.phase is not Phase.RUNNING:
-            return
-        for fault in self._faults.due(now_s):
-            self._note(now_s, fault.as_record())
-            if fault.action not in {ProcessAction.SLOW, ProcessAction.UNSLOW}:
-                send_process_fault(self._request.private, fault, speed=self._request.speed or 1.0)
-            if (fault.process, fault.action) == (WORLD, ProcessAction.FREEZE):
-                time.sleep(STRUCK_S)  # so that the world does nothing between its request and its stop
-                self._pace.resume()
-        self._transport.have(self._faults.of(WORLD))
-        for name, faults in self._faults.news(sorted(self._world.attendance.robots), now_s).items():
-            self._transport.put(self._keys.fault(name), faults)
-
-    def _is_held_up(self, robot: int) -> bool:
-        """Whether a fault keeps a robot from answering in time."""
-        name = robot_name(robot)
-        return self._transport.hold_up(name) or self._faults.hold_up(name)
-
-    def _take(self, arrival: Arrival) -> None:
-        robot = self._robot(arrival.key)
-        match arrival:
-            case Asked(answer=answer) if arrival.key == self._keys.mission():
-                answer(self._mission)
-            case _ if robot is None:
-                self._refuse(arrival)
-            case Heard(message=Drive() as drive) if arrival.key == self._keys.drive(robot_name(robot)):
-                self._handle(OrderHeard(robot, drive))
-            case Heard(message=(Raise() | Turn()) as change) if arrival.key == self._keys.fence(
-                robot_name(robot)
-            ):
-                self._handle(FencePut(robot, change))
-            case Heard(message=LogBatch() as batch) if arrival.key == self._keys.log(robot_name(robot)):
-                self._hear_log(robot, batch)
-            case Asked(message=ScanQuery(revolutions=revolutions), answer=answer):
-                self._handle(ScanAsked(robot, revolutions), answer)
-            case Appeared(key):
-                self._handle(TokenCame(robot, self._keys.part(key, 2)))
-            case Vanished(key):
-                self._handle(TokenWent(robot, self._keys.part(key, 2)))
-            case _:
-                self._refuse(arrival)
-
-    def _hear_log(self, robot: int, batch: LogBatch) -> None:
-        if not self._world.attendance.has_shown(robot, batch.incarnation):
-            return  # it sends again until it is acknowledged: its token may come a moment later
-        source = robot_name(robot)
-        self._write(source, batch.entries, batch.incarnation)
-        up_to = self._recorder.up_to(source, batch.incarnation)
-        logged = Logged(incarnation=batch.incarnation, up_to=up_to)
-        self._transport.put(self._keys.logged(source), logged)
-
-    def _refuse(self, arrival: Arrival) -> None:
-        """Record an unexpected arrival in the timeline; the world's own token is expected."""
-        match arrival:
-            case Refused(key, reason):
-                self._handle(MessageDropped(self._keys.behind_root(key), reason))
-            case Heard(key, _, message) | Asked(key, message, _):
-                reason = f"{type(message).__name__} means nothing on this key"
-                self._handle(MessageDropped(self._keys.behind_root(key), reason))
-            case Appeared() | Vanished() | Listed():
-                pass
-
-    def _robot(self, key: str) -> int | None:
-        """The robot of this fleet that a key names."""
-        parts = self._keys.behind_root(key).split("/")
-        named = parts[2:3] if parts[:2] == ["body", "fence"] else parts[1:2]
-        robot = robot_number(named[0]) if named else None
-        return robot if robot in self._world.attendance.robots else None
-
-    def _handle(self, event: Event, answer: Callable[[Message], None] | None = None) -> None:
-        self._obey(self._world.handle(event, wall_s=time.monotonic()), answer)
-
-    def _obey(self, commands: Sequence[Command], answer: Callable[[Message], None] | None = None) -> None:
-        for command in commands:
-            match command:
-                case TellOdometry(robot, odometry):
-                    self._transport.put(self._keys.odometry(robot_name(robot)), odometry)
-                case ServeScan(scan=scan):
-                    assert answer is not None, "a scan without a query"
-                    answer(scan)
-                case Note(t_s, record):
-                    self._note(t_s, record)
-
-    def _note(self, t_s: float, record: Record) -> None:
-        n = self._recorder.up_to(WORLD) + 1
-        self._write(WORLD, [Entry(n=n, t_s=t_s, hlc=self._transport.timestamp(), record=record)])
-
-    def _write(self, source: str, entries: Sequence[Entry], incarnation: str = "") -> None:
-        for entry in self._recorder.take(source, entries, incarnation):
-            if (sentence := progress(source, entry)) is not None:
-                log.info(sentence)
-            self._faults.hear(source, entry)
-            self._handle(EntryWritten(source, entry))
-
-    def _verdict(self, started_at: str) -> Verdict:
-        ours = self._transport.traffic
-        return verdict_of(
-            self._world,
-            Circumstances(
-                seed=self._request.seed,
-                speed=self._request.speed,
-                started_at=started_at,
-                plan=self._request.plan,
-                traffic=None
-                if self._past is not None
-                else Account(
-                    sent=self._counted(ours.sent),
-                    received=self._counted(ours.received),
-                    newest=self._counted(ours.newest),
-                    injected={
-                        fault: self._counted(by_key) for fault, by_key in ours.injected_by_fault().items()
-                    },
-                    refused=self._counted(ours.refused),
-                ),
-                recorded=self._readback.read_count,
-                missing=self._recorder.missing,
-                lost=self._readback.lost(self._recorder.written),
-                wall_s=self._over_wall_s - self._started_wall_s,
-                speed_reached=self._pace.speed_reached,
-                ticks_late=self._pace.late,
-                cpu_s=time.process_time(),
-            ),
-        )
-
-    def _counted(self, counts: Mapping[str, int]) -> dict[str, int]:
-        return {self._keys.behind_root(key): count for key, count in counts.items()}
+def _move(lives: Sequence[Life], ground: Ground | None) -> None:
+    """Show the bodies of all fleets where they are after a tick."""
+    if ground is not None:
+        places_m = {life.fleet: life.places_m for life in lives}
+        for contact in ground.move(places_m, t_s=max(life.now_s for life in lives)):
+            log.info("contact: %s", contact)

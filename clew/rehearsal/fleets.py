@@ -6,59 +6,22 @@ Rule 3: a fleet whose run has ended stands where it is, and the others go on.
 Rule 4: the run's folder has a folder for each fleet, which is that of a run; and `verdict.json` on all.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
-
-import msgspec
-import numpy as np
 
 from clew.rehearsal.recorded import Recorded
 from clew.rehearsal.rehearsal import Asked, nobody_asks
 from protocol.arrays import Floats
 from protocol.asked import asked_to_end
 from protocol.faults.plan import NO_FAULTS, Plan
-from protocol.files.toml_text import toml_text
-from protocol.files.writing import make_folder, write_whole
-from protocol.run_settings import SCENARIO_FILE, SEED_MAX, Settings, texts
-from world.chance import stream
-from world.judge.between import Between, Encounter
+from protocol.files.writing import make_folder
+from protocol.run_settings import Settings
+from world.judge.ground import Ground
 from world.judge.together import TogetherVerdict, pass_together
-from world.judge.verdict import VERDICT_FILE, Verdict
-from world.scenario.fleets import SharedGround
-from world.scenario.scenario import Scenario
-
-
-def seed_of(seed: int, fleet: str) -> int:
-    """The seed of one fleet: with one seed for all, robots of the same number would draw the same errors."""
-    return int(stream(seed, f"fleet/{fleet}").integers(SEED_MAX))
-
-
-class Ground:
-    """Where the bodies of all fleets are: what each sees of the others, and the monitor between them."""
-
-    def __init__(self, scenarios: Mapping[str, Scenario]) -> None:
-        fleets = {name: each.fleet for name, each in scenarios.items()}
-        self.between = Between({name: (each.robots, each.robot_radius_m) for name, each in fleets.items()})
-        """What has come between the fleets."""
-        self._hulls = {
-            name: np.array([(pose.x_m, pose.y_m, each.robot_radius_m) for pose in each.poses()])
-            for name, each in fleets.items()
-        }
-
-    def others_of(self, fleet: str) -> Callable[[], Floats]:
-        """What shows the hulls of the other fleets, x, y, radius (k, 3) [world frame], at this instant."""
-        return lambda: np.concatenate([hulls for name, hulls in self._hulls.items() if name != fleet])
-
-    def move(self, places_m: Mapping[str, Floats], *, t_s: float) -> list[Encounter]:
-        """Put all bodies to their places at the end of a tick; returns new contacts."""
-        before_m = self._places_m()
-        for name, hulls in self._hulls.items():
-            self._hulls[name] = np.column_stack((places_m[name], hulls[:, 2]))
-        return self.between.watch(before_m, self._places_m(), t_s=t_s)
-
-    def _places_m(self) -> Floats:
-        return np.concatenate([hulls[:, :2] for hulls in self._hulls.values()])
+from world.judge.verdict import Verdict
+from world.record.run_files import prepare_together, save_verdict
+from world.scenario.fleets import SharedGround, seed_of
 
 
 class RecordedFleets:
@@ -83,7 +46,7 @@ class RecordedFleets:
         """The rehearsal of each fleet, by name."""
         self._open = ExitStack()
         with ExitStack() as opening:
-            _write_request(folder, shared, seed)
+            prepare_together(folder, shared, Settings(seed=seed))
             for name, scenario in scenarios.items():
                 make_folder(folder / name)
                 recorded = opening.enter_context(
@@ -120,17 +83,8 @@ class RecordedFleets:
     def judge(self) -> TogetherVerdict:
         """Write the verdicts on all rehearsals, which have ended."""
         verdicts: dict[str, Verdict] = {name: each.judge() for name, each in self.fleets.items()}
-        between = self.ground.between
-        assert between.least is not None, "at least one tick has been judged"
-        verdict = pass_together(
-            self._shared.name,
-            self._seed,
-            verdicts,
-            nearest=between.least,
-            contacts=between.contacts,
-        )
-        text = msgspec.json.format(msgspec.json.encode(verdict)) + b"\n"
-        write_whole(self._folder / VERDICT_FILE, text)
+        verdict = pass_together(self._shared.name, self._seed, verdicts, self.ground.between)
+        save_verdict(verdict, self._folder)
         return verdict
 
 
@@ -146,10 +100,3 @@ def rehearse_fleets(
         for _ in recorded.ticks(lambda: asked[-1] if asked else None):
             pass
         return recorded.judge()
-
-
-def _write_request(folder: Path, shared: SharedGround, seed: int) -> None:
-    """The resolved request, before anything starts; the folders of the fleets have theirs."""
-    said = {SCENARIO_FILE: toml_text(msgspec.to_builtins(shared)), **texts(Settings(seed=seed), NO_FAULTS)}
-    for name, text in said.items():
-        write_whole(folder / name, text.encode())

@@ -67,6 +67,7 @@ ONLY_IN = {
         "clew/verbs/bench_scale.py",
         "clew/verbs/bench_soak.py",
         "protocol/network/faulty_transport.py",
+        "world/life.py",
         "world/shell.py",
     },
     "datetime": {
@@ -80,6 +81,7 @@ ONLY_IN = {
         "clew/verbs/chaos.py",
         "clew/verbs/ls.py",
         "clew/verbs/rehearse.py",
+        "world/life.py",
         "world/shell.py",
     },
     "random": set[

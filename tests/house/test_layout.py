@@ -49,9 +49,10 @@ FLOORS: dict[str, dict[str, int]] = {
         "bodies/": 4,
         "core": 5,
         **dict.fromkeys(("closing", "pace"), 6),
-        "shell": 7,
-        "__main__": 8,
-        "__init__": 9,
+        "life": 7,
+        "shell": 8,
+        "__main__": 9,
+        "__init__": 10,
     },
     "clew": {
         "percentiles": 0,

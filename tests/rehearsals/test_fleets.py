@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from agents.body.driver import Driver
 from agents.strand.strand import Strand
-from clew.rehearsal.fleets import RecordedFleets, seed_of
+from clew.rehearsal.fleets import RecordedFleets
 from clew.rehearsal.recorded import Recorded
 from protocol.arrays import Floats
 from protocol.faults.plan import NO_FAULTS, uniform
@@ -17,7 +17,7 @@ from protocol.files.toml_text import toml_text
 from tests.support.campaigns import clew
 from tests.support.stages.fleets import EAST_M, HEAD_ON, LANE_M, WEST_M, fleet, raw, rehearsed, shared
 from world.bodies.sensor import Sensor
-from world.scenario.fleets import SharedGround
+from world.scenario.fleets import SharedGround, seed_of
 
 MEET_S = 20.0  # they are 4.6 m apart, and drive at 0.5 m/s
 

@@ -1,11 +1,11 @@
 """The verdict on several fleets that shared one ground: that of each fleet, and whether any two touched."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from msgspec import Struct
 
 from protocol.exit_codes import ExitCode
-from world.judge.between import Encounter
+from world.judge.between import Between, Encounter
 from world.judge.verdict import Verdict
 
 CONTACTS_TOLD_MAX = 20
@@ -48,20 +48,20 @@ def pass_together(
     scenario: str,
     seed: int,
     verdicts: Mapping[str, Verdict],
-    *,
-    nearest: Encounter,
-    contacts: Sequence[Encounter],
+    between: Between,
 ) -> TogetherVerdict:
     """The verdict on all fleets from those on each, and from what was between them."""
+    nearest, contacts = between.least, between.contacts
+    assert nearest is not None, "the starts are judged before all"
     failed = [(name, each) for name, each in verdicts.items() if not each.ok]
-    exit_code, reason = ExitCode.OK, "every fleet has arrived"
+    exit_code, reason = int(ExitCode.OK), "every fleet has arrived"
     if contacts:
         exit_code, reason = ExitCode.FAILED, f"two fleets touched: {contacts[0]}"
     elif failed:
         name, first = failed[0]
-        exit_code, reason = ExitCode(first.exit_code), f"{name}: {first.reason}"
+        exit_code, reason = first.exit_code, f"{name}: {first.reason}"
     return TogetherVerdict(
-        ok=exit_code is ExitCode.OK,
+        ok=exit_code == ExitCode.OK,
         exit_code=exit_code,
         reason=reason,
         scenario=scenario,

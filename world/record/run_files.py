@@ -1,6 +1,7 @@
 """The files in a run's folder besides its entries: the request, the header, and the verdict."""
 
 import platform
+from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -8,14 +9,16 @@ from typing import Any
 import msgspec
 
 from protocol.errors import UsageError
-from protocol.faults.plan import Plan
+from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.plan_text import FAULTS_FILE
 from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from protocol.files.toml_text import toml_text
 from protocol.files.writing import write_whole
 from protocol.run_settings import SCENARIO_FILE, Settings, read_plan, texts
+from world.judge.together import TogetherVerdict
 from world.judge.verdict import VERDICT_FILE, Verdict
 from world.record.recorder import Header, RecordingFailedError
+from world.scenario.fleets import SharedGround
 from world.scenario.scenario import Scenario, load
 
 BEGUN_FILE = "begun"
@@ -49,9 +52,21 @@ def prepare_folder(folder: Path, scenario: Scenario, plan: Plan, settings: Setti
     Raises:
         UsageError: it cannot be written.
     """
-    scenario_text = toml_text(msgspec.to_builtins(scenario))
+    _write(folder, {SCENARIO_FILE: toml_text(msgspec.to_builtins(scenario)), **texts(settings, plan)})
+
+
+def prepare_together(folder: Path, shared: SharedGround, settings: Settings) -> None:
+    """Write what was asked for of several fleets into the run's folder; each fleet's own folder has the rest.
+
+    Raises:
+        UsageError: it cannot be written.
+    """
+    _write(folder, {SCENARIO_FILE: toml_text(msgspec.to_builtins(shared)), **texts(settings, NO_FAULTS)})
+
+
+def _write(folder: Path, said: Mapping[str, str]) -> None:
     try:
-        for name, text in {SCENARIO_FILE: scenario_text, **texts(settings, plan)}.items():
+        for name, text in said.items():
             write_whole(folder / name, text.encode())
     except OSError as error:
         raise UsageError(f"cannot write into {folder}: {error.strerror}") from error
@@ -84,7 +99,7 @@ def as_header(plan: Plan) -> dict[str, Any] | None:
     return msgspec.to_builtins(plan) if plan.rules else None
 
 
-def save_verdict(verdict: Verdict, folder: Path) -> None:
+def save_verdict(verdict: Verdict | TogetherVerdict, folder: Path) -> None:
     """Write `verdict.json` into the run's folder.
 
     Raises:
@@ -112,3 +127,12 @@ def read_verdict(folder: Path) -> Verdict:
         msgspec.MsgspecError: the file is not a valid verdict.
     """
     return msgspec.json.decode(read_bytes(folder / VERDICT_FILE, MADE_BYTES_MAX), type=Verdict)
+
+
+def read_together(folder: Path) -> TogetherVerdict:
+    """Read the verdict on all fleets in the folder of a run with several.
+
+    Raises:
+        OSError, msgspec.MsgspecError: as `read_verdict`.
+    """
+    return msgspec.json.decode(read_bytes(folder / VERDICT_FILE, MADE_BYTES_MAX), type=TogetherVerdict)

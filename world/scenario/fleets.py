@@ -17,6 +17,8 @@ from protocol.errors import UsageError
 from protocol.files.reading import read, understand
 from protocol.frames import ROBOTS_MAX, Speed
 from protocol.mission import Bounds
+from protocol.run_settings import SEED_MAX
+from world.chance import stream
 from world.geometry.moving import Moving
 from world.geometry.shapes import Circle, Shape
 from world.scenario.budget import sure_range_m
@@ -130,6 +132,11 @@ class SharedGround(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
                 f"{scenario.range_m_used:g} m, got {sure_m:.6g} m with {scenario.rays} directions "
                 f"(fleet[{row}], {fleet.name})"
             )
+
+
+def seed_of(seed: int, fleet: str) -> int:
+    """The seed of one fleet: with one seed for all, robots of the same number would draw the same errors."""
+    return int(stream(seed, f"fleet/{fleet}").integers(SEED_MAX))
 
 
 def _unplaced(fleet: Fleet) -> bool:

@@ -209,7 +209,7 @@ def load(
     said = read(path, name_or_path)
     raw = scene.as_scenario(said, name_or_path) if path.suffix == ".json" else said
     if isinstance(raw.get("fleet"), list):
-        raise UsageError(f"{name_or_path}: has several fleets, which only `clew rehearse` takes")
+        raise UsageError(f"{name_or_path}: has several fleets; only `clew run` and `clew rehearse` take them")
     changes = _override(
         raw,
         ("-n", "fleet", "robots", robots),
