@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from agents.process.host import Orders, run_host, run_robot, say
+from agents.process.host import Crew, Orders, run_host, run_robot, say
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import NO_FAULTS
@@ -20,14 +20,30 @@ def main() -> int:
     arguments = _parse()
     lifeline = STDIN if arguments.lifeline else None
     try:
-        conditions = _conditions(arguments.run)
+        crews = _crews(arguments)
     except UsageError as error:
         say(f"robots: {error}")
         return ExitCode.USAGE
-    told = Orders(arguments.sessions, conditions)
-    if len(arguments.robots) == 1 and not arguments.host:
-        return run_robot(arguments.robots[0], told, lifeline)
-    return run_host(arguments.robots, told, lifeline)
+    [(robots, told), *others] = crews
+    if len(robots) == 1 and not others and not arguments.host:
+        return run_robot(robots[0], told, lifeline)
+    return run_host(crews, lifeline)
+
+
+def _crews(arguments: argparse.Namespace) -> list[Crew]:
+    """The robots of each fleet.
+
+    Raises:
+        UsageError: a run's folder is unusable, or a fleet lacks an option that others have.
+    """
+    runs = arguments.run or [None] * len(arguments.sessions)
+    if not len(arguments.robots) == len(arguments.sessions) == len(runs):
+        raise UsageError("--robots, --sessions and --run: each fleet has one of each")
+    several = len(runs) > 1
+    return [
+        (robots, Orders(sessions, _conditions(run), fleet=sessions.name if several else ""))
+        for robots, sessions, run in zip(arguments.robots, arguments.sessions, runs, strict=True)
+    ]
 
 
 def _conditions(run: Path | None) -> Conditions:
@@ -67,9 +83,21 @@ def _parse() -> argparse.Namespace:
         "reaped by this process. Exits 0 when all ended well, else with the code of the first that did not: "
         "1, or 2 on wrong usage.",
     )
-    parser.add_argument("--robots", type=robots_of, required=True, metavar="LIST", help="3, 1-5 or 1-3,7")
     parser.add_argument(
-        "--sessions", type=Path, required=True, metavar="DIR", help="folder of the run's session files"
+        "--robots",
+        type=robots_of,
+        required=True,
+        action="append",
+        metavar="LIST",
+        help="3, 1-5 or 1-3,7; of several fleets, one list for each, as with --sessions and --run",
+    )
+    parser.add_argument(
+        "--sessions",
+        type=Path,
+        required=True,
+        action="append",
+        metavar="DIR",
+        help="folder of the fleet's session files",
     )
     parser.add_argument(
         "--host", action="store_true", help="fork even a single robot, so that it can have process faults"
@@ -77,6 +105,7 @@ def _parse() -> argparse.Namespace:
     parser.add_argument(
         "--run",
         type=Path,
+        action="append",
         metavar="DIR",
         help="the run's folder, if it exists here: fault plan and pace",
     )

@@ -39,13 +39,25 @@ KILL_AFTER_S = 2.0  # wall: a fleet has 5 s to end, and its launcher needs some 
 HANDLED = (signal.SIGCHLD, *EXIT_CODES)  # signals that a host handles; robots reset them
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Orders:
-    """The settings for all robots of a command line."""
+    """The settings for all robots of a fleet."""
 
     sessions: Path
-    """Folder of the run's session files."""
+    """Folder of the fleet's session files."""
     conditions: Conditions
+    fleet: str = ""
+    """The fleet's name, where the host has several."""
+
+    def name_of(self, robot: int) -> str:
+        """What users call a robot."""
+        return f"robot {robot} of {self.fleet}" if self.fleet else f"robot {robot}"
+
+
+Crew = tuple[Sequence[int], Orders]
+"""The robots of a fleet that a host has."""
+Place = tuple[Orders, int]
+"""One of its robots."""
 
 
 def run_robot(robot: int, told: Orders, lifeline: int | None, *, again: bool = False) -> int:
@@ -62,64 +74,66 @@ def run_robot(robot: int, told: Orders, lifeline: int | None, *, again: bool = F
         life = run(robot, session, conditions=told.conditions, sessions=told.sessions, again=again)
         return asyncio.run(until_ended(life, lifeline))
     except UsageError as error:
-        say(f"robot {robot}: {error}")
+        say(f"{told.name_of(robot)}: {error}")
         return ExitCode.USAGE
     except SessionLostError as error:
-        say(f"robot {robot}: {error}")
+        say(f"{told.name_of(robot)}: {error}")
         return ExitCode.FAILED
 
 
-def run_host(robots: Sequence[int], told: Orders, lifeline: int | None) -> int:
+def run_host(crews: Sequence[Crew], lifeline: int | None) -> int:
     """Fork the robots and reap them; returns 0 if all ended well, else the first bad exit code."""
     reading_end, writing_end = os.pipe()
     warm_up()
     gc.collect()
     gc.freeze()  # keeps loaded pages shared: the collector would touch, and so copy, them all
     with os.fdopen(reading_end), os.fdopen(writing_end), contextlib.ExitStack() as stack:
-        host = _Host(told, reading_end, writing_end)
-        for robot in robots:
-            host.fork(robot)
+        host = _Host(reading_end, writing_end)
+        for robots, told in crews:
+            for robot in robots:
+                host.fork((told, robot))
+        listening: list[tuple[socket.socket, Orders]] = []
         try:
-            listening = stack.enter_context(command_socket(told.sessions, min(robots)))
+            for robots, told in crews:
+                listening.append((stack.enter_context(command_socket(told.sessions, min(robots))), told))
         except OSError as error:  # continue: only process faults are impossible, which few runs need
             say(f"host: cannot receive process faults: {error.strerror}")
-            listening = None
         return asyncio.run(host.reap(lifeline, listening))
 
 
 class _Host:
     """The running robots, and how the others ended."""
 
-    def __init__(self, told: Orders, reading_end: int, writing_end: int) -> None:
-        self._told = told
+    def __init__(self, reading_end: int, writing_end: int) -> None:
         self._reading_end, self._writing_end = reading_end, writing_end
-        self._robots: dict[int, int] = {}
+        self._robots: dict[int, Place] = {}
+        """The robots by process id."""
         self._killed: set[int] = set()
         """The processes that were killed by a fault."""
-        self._restarts: set[int] = set()
+        self._restarts: set[Place] = set()
         """Robots to restart as soon as their process has ended."""
         self._exit_code: int = ExitCode.OK
         self._all_ended = asyncio.Event()
-        self._listening: socket.socket | None = None
+        self._listening: Sequence[tuple[socket.socket, Orders]] = ()
         self._ends = False
-        self._known: set[int] = set()
+        self._known: set[Place] = set()
 
-    def fork(self, robot: int) -> None:
+    def fork(self, place: Place) -> None:
         """Start or restart a robot."""
-        again = robot in self._known
-        self._known.add(robot)
+        again = place in self._known
+        self._known.add(place)
         pid = os.fork()
         if pid == 0:
-            self._become(robot, again=again)
-        self._robots[pid] = robot
+            self._become(place, again=again)
+        self._robots[pid] = place
 
-    async def reap(self, lifeline: int | None, listening: socket.socket | None) -> int:
+    async def reap(self, lifeline: int | None, listening: Sequence[tuple[socket.socket, Orders]]) -> int:
         """Wait until all robots have ended. If asked to end, ask the robots to end."""
         loop = asyncio.get_running_loop()
         loop.add_signal_handler(signal.SIGCHLD, self._reap)
-        if listening is not None:
-            self._listening = listening
-            loop.add_reader(listening, self._hear)
+        self._listening = listening
+        for commands, _ in listening:
+            loop.add_reader(commands, self._hear)
         self._reap()  # robots that ended before the handler was set
         with asked_to_end(lifeline) as asked:
             ended = asyncio.ensure_future(self._all_ended.wait())
@@ -136,12 +150,13 @@ class _Host:
             return asked.result()
 
     def _hear(self) -> None:
-        for command in received_commands(self._listening) if self._listening is not None else ():
-            if not self._ends:
-                self._execute(command)
+        for commands, told in self._listening:
+            for command in received_commands(commands):
+                if not self._ends:
+                    self._execute(command, (told, command.robot))
 
-    def _execute(self, command: HostCommand) -> None:
-        pids = [pid for pid, robot in self._robots.items() if robot == command.robot]
+    def _execute(self, command: HostCommand, place: Place) -> None:
+        pids = [pid for pid, found in self._robots.items() if found == place]
         match command.action:
             case ProcessAction.KILL:
                 self._killed.update(pids)
@@ -151,18 +166,18 @@ class _Host:
             case ProcessAction.THAW:
                 number = signal.SIGCONT
             case ProcessAction.START:
-                self._start(command.robot, pids)
+                self._start(place, pids)
                 return
             case ProcessAction.SLOW | ProcessAction.UNSLOW:
                 return  # robots receive that themselves
         for pid in pids if not command.done else ():
             os.kill(pid, number)  # the process exists: it has not been reaped
 
-    def _start(self, robot: int, pids: Sequence[int]) -> None:
+    def _start(self, place: Place, pids: Sequence[int]) -> None:
         if pids:
-            self._restarts.add(robot)  # the process that is being killed must end first
-        elif robot in self._known:
-            self.fork(robot)
+            self._restarts.add(place)  # the process that is being killed must end first
+        elif place in self._known:
+            self.fork(place)
 
     def _reap(self) -> None:
         self._hear()  # a robot that kills itself by a fault has reported it before
@@ -170,15 +185,16 @@ class _Host:
             pid, status = os.waitpid(-1, os.WNOHANG)
             if pid == 0:
                 return
-            robot, exit_code = self._robots.pop(pid), os.waitstatus_to_exitcode(status)
+            place, exit_code = self._robots.pop(pid), os.waitstatus_to_exitcode(status)
             killed = pid in self._killed and exit_code == -signal.SIGKILL
             as_asked = self._ends and exit_code == ExitCode.TERMINATED
             if exit_code != 0 and not (killed or as_asked):
                 self._exit_code = self._exit_code or max(exit_code, ExitCode.FAILED)  # a signal's is negative
-                say(f"robot {robot} {_how(exit_code)}")
-            if robot in self._restarts and not self._ends:
-                self._restarts.discard(robot)
-                self.fork(robot)
+                told, robot = place
+                say(f"{told.name_of(robot)} {_how(exit_code)}")
+            if place in self._restarts and not self._ends:
+                self._restarts.discard(place)
+                self.fork(place)
         self._all_ended.set()
 
     def _signal_all(self, number: signal.Signals) -> None:
@@ -186,13 +202,14 @@ class _Host:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, number)
 
-    def _become(self, robot: int, *, again: bool) -> None:
+    def _become(self, place: Place, *, again: bool) -> None:
         """Run the robot in the forked child. Never returns: the caller's code is for the host."""
         exit_code: int = ExitCode.FAILED
         try:
             _forget_signals()
             os.close(self._writing_end)
-            exit_code = run_robot(robot, self._told, self._reading_end, again=again)
+            told, robot = place
+            exit_code = run_robot(robot, told, self._reading_end, again=again)
         except BaseException:
             for line in traceback.format_exc().splitlines():
                 say(line)
