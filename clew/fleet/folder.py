@@ -63,9 +63,11 @@ def make_latest(folder: Path) -> None:
 def drop_folder(folder: Path, made: Sequence[Path], latest: Path | None) -> None:
     """Remove the files, folders (deepest first) and link that were made for a run that never began."""
     with contextlib.suppress(OSError):  # it holds other files, so it stays, with the folders above it
-        for name in (SCENARIO_FILE, SETTINGS_FILE, FAULTS_FILE):
-            (folder / name).unlink(missing_ok=True)
-        for path in made[:1]:
+        fleets = [path for path in folder.iterdir() if (path / SETTINGS_FILE).is_file()]
+        for path in (*fleets, folder):
+            for name in (SCENARIO_FILE, SETTINGS_FILE, FAULTS_FILE):
+                (path / name).unlink(missing_ok=True)
+        for path in (*fleets, *made[:1]):
             path.rmdir()
         if latest is not None and not latest.exists():
             latest.unlink(missing_ok=True)

@@ -20,6 +20,7 @@ from clew.fleet.prepare import Prepared, Shows
 from clew.fleet.table_said import PROGRESS
 from protocol.errors import UsageError
 from protocol.plain import plain
+from world.judge.together import TogetherVerdict
 from world.judge.verdict import VERDICT_FILE, Verdict
 
 STDOUT, STDERR = 1, 2
@@ -47,7 +48,8 @@ class Output:
 def say_start(run: Prepared) -> None:
     """Print what is being started: many robots take some seconds until their first entry."""
     if run.shows is not Shows.NOTHING:
-        Output(STDERR).say(f"starting {run.robots} {'robot' if run.robots == 1 else 'robots'}")
+        fleets = f" in {len(run.fleets)} fleets" if run.fleets else ""
+        Output(STDERR).say(f"starting {run.robots} {'robot' if run.robots == 1 else 'robots'}{fleets}")
 
 
 @contextlib.contextmanager
@@ -75,7 +77,7 @@ def _words(said: Path) -> Iterator[bytes]:
                 yield f"{plain(line.decode(errors='replace').rstrip())}\n".encode()
 
 
-def say_result(run: Prepared, stand_in: Verdict | None = None) -> bool:
+def say_result(run: Prepared, stand_in: Verdict | TogetherVerdict | None = None) -> bool:
     """Print the verdict; returns whether the run has one, or has left a log.
 
     Args:
@@ -85,7 +87,7 @@ def say_result(run: Prepared, stand_in: Verdict | None = None) -> bool:
     Raises:
         OSError: it cannot be written (rule 3).
     """
-    from clew.fleet.summary import summary_of  # noqa: PLC0415 - not needed at the start of a run
+    from clew.fleet import summary, together  # noqa: PLC0415 - not needed at the start of a run
 
     verdict, stderr = run.folder / VERDICT_FILE, Output(STDERR)
     if stand_in is not None:
@@ -94,6 +96,7 @@ def say_result(run: Prepared, stand_in: Verdict | None = None) -> bool:
         stderr.say(f"FAILED: {stand_in.reason}. Run: {run.folder}")
     elif has_content(verdict):
         try:
+            summary_of = together.summary_of if run.fleets else summary.summary_of
             text = verdict.read_text(encoding="utf-8") if run.as_json else summary_of(str(run.folder))
             _write_all(text.encode())
         except UsageError as error:

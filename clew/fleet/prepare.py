@@ -14,18 +14,31 @@ from datetime import UTC, datetime
 from enum import Enum
 from pathlib import Path
 
+from msgspec.structs import replace
+
 from clew.fleet.folder import LATEST, RUNS, drop_folder, folder_name, make_folder
 from clew.fleet.request import MIB_BYTES, Request
 from protocol import laws
 from protocol.errors import UsageError
 from protocol.faults.fit import check_fits
-from protocol.faults.plan import NO_FAULTS
+from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.plan import load as load_plan
+from protocol.faults.process_commands import PIPE
+from protocol.faults.rules import ROUTER, ProcessRule
+from protocol.files.writing import make_folder as make_private
 from protocol.keys import WORLD
 from protocol.network.interlink import PROTOCOL
-from protocol.network.session import INPUTS, Session, read_session, unix_socket_endpoint, write_sessions
+from protocol.network.session import (
+    INPUTS,
+    Crew,
+    Session,
+    read_session,
+    unix_socket_endpoint,
+    write_all_sessions,
+)
 from protocol.run_settings import Settings
-from world.record.run_files import prepare_folder
+from world.record.run_files import prepare_folder, prepare_together
+from world.scenario.fleets import SharedGround, has_several, load_fleets, seed_of
 from world.scenario.scenario import Scenario, load
 
 FLEET = "clew"  # every key also has the run's name, which tells two fleets apart
@@ -56,7 +69,7 @@ class Prepared:
     """The folders that were created for it, deepest first."""
     latest: Path | None
     """The link to the newest run."""
-    scenario: Scenario
+    scenario: Scenario | SharedGround
     settings: Settings
     started_at: str
     """UTC."""
@@ -67,9 +80,18 @@ class Prepared:
     shows: Shows
 
     @property
+    def fleets(self) -> tuple[str, ...]:
+        """The names of the fleets, where there are several; each has a folder in both of the run's."""
+        if isinstance(self.scenario, Scenario):
+            return ()
+        return tuple(each.name for each in self.scenario.fleets)
+
+    @property
     def robots(self) -> int:
-        """How many robots the fleet has."""
-        return self.scenario.fleet.robots
+        """How many robots there are."""
+        if isinstance(self.scenario, Scenario):
+            return self.scenario.fleet.robots
+        return sum(each.robots for each in self.scenario.fleets)
 
 
 def shows(request: Request, environment: Mapping[str, str], *, terminal: bool) -> Shows:
@@ -122,37 +144,46 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
         UsageError: the run cannot start as requested.
         SessionLostError: the user's router was lost during the check.
     """
-    scenario = load(
-        request.scenario,
-        robots=request.robots,
-        law=request.law,
-        deployment=request.deployment,
-        time_s_max=request.time_s_max,
-        seed=request.seed,
-    )
-    robots = scenario.mission().robots
-    laws.find(scenario.law.law)  # before anything starts: each robot would refuse the mission
+    scenario = _load(request)
+    several = isinstance(scenario, SharedGround)
+    fleets = scenario.scenarios() if isinstance(scenario, SharedGround) else {FLEET: scenario}
     plan = NO_FAULTS if request.faults is None else load_plan(request.faults)
-    check_fits(plan, robots=robots)
+    for each in fleets.values():
+        laws.find(each.law.law)  # before anything starts: each robot would refuse the mission
+        check_fits(plan, robots=each.mission().robots)
+    if several:
+        _check_several(request, plan)
     now, token = datetime.now(UTC), secrets.token_hex(2)
     folder = request.out or RUNS / folder_name(now, scenario.name, token)
-    write_sessions(
+    crews = [
+        Crew(
+            fleet=name,
+            robots=each.fleet.robots,
+            sessions=private / name if several else private,
+            inputs=(folder / name if several else folder).absolute() / INPUTS if request.keep > 0.0 else None,
+            inputs_bytes_max=max(1, round(request.keep * MIB_BYTES)),
+        )
+        for name, each in fleets.items()
+    ]
+    write_all_sessions(
         private,
-        fleet=FLEET,
+        crews,
         run=run_name(now, token),
-        robots=robots,
         endpoints=_endpoints(request, private),
         interlink=free_endpoint() if request.routers > 1 else None,
         passwords=request.connect is None,
-        inputs=folder.absolute() / INPUTS if request.keep > 0.0 else None,
-        inputs_bytes_max=max(1, round(request.keep * MIB_BYTES)),
     )
     if request.connect is not None:
-        probe(read_session(private / f"{WORLD}.json"))
+        probe(read_session(crews[0].sessions / f"{WORLD}.json"))
     settings = Settings(seed=request.seed, speed=request.speed, held=request.held)
     made = make_folder(folder.absolute())
     try:
-        prepare_folder(folder, scenario, plan, settings)
+        if isinstance(scenario, SharedGround):
+            prepare_together(folder, scenario, settings)
+            for name, each in fleets.items():
+                _prepare_fleet(folder / name, private / name, each, plan, settings)
+        else:
+            prepare_folder(folder, scenario, plan, settings)
     except UsageError:
         drop_folder(folder, made, latest=None)
         raise
@@ -167,5 +198,46 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
         own_routers=request.routers if request.connect is None else 0,
         as_json=request.as_json,
         view=request.view,
-        shows=shows(request, os.environ, terminal=terminal),
+        shows=shows(request, os.environ, terminal=terminal and not several),
     )
+
+
+def _load(request: Request) -> Scenario | SharedGround:
+    if not has_several(request.scenario):
+        return load(
+            request.scenario,
+            robots=request.robots,
+            law=request.law,
+            deployment=request.deployment,
+            time_s_max=request.time_s_max,
+            seed=request.seed,
+        )
+    return load_fleets(
+        request.scenario, robots=request.robots, law=request.law, time_s_max=request.time_s_max
+    )
+
+
+def _check_several(request: Request, plan: Plan) -> None:
+    """Refuse what a run with several fleets does not have."""
+    for option, asked in (
+        ("--deployment", request.deployment is not None),
+        ("--view", request.view),
+        ("--held", request.held),
+    ):
+        if asked:
+            raise UsageError(f"{option}: is for a scenario with one fleet")
+    for row, rule in enumerate(plan.rules):
+        if isinstance(rule, ProcessRule) and rule.target in (WORLD, ROUTER):
+            raise UsageError(
+                f"{request.faults}: $.rule[{row}].target: several fleets share the {rule.target}"
+            )
+
+
+def _prepare_fleet(folder: Path, private: Path, scenario: Scenario, plan: Plan, settings: Settings) -> None:
+    """Make the folder of one of several fleets; its faults of shared processes reach the launcher."""
+    try:
+        make_private(folder)
+        (private / PIPE).symlink_to(Path("..") / PIPE)
+    except OSError as error:
+        raise UsageError(f"cannot write into {folder}: {error.strerror}") from error
+    prepare_folder(folder, scenario, plan, replace(settings, seed=seed_of(settings.seed, folder.name)))

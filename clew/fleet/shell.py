@@ -109,7 +109,9 @@ class _Shell:
         self.processes = Processes(run, lifeline, output.stderr, self.tell)
         self._run, self._output = run, output
         plan = Plan(routers=run.own_routers, view=run.view, table=run.shows is Shows.TABLE)
-        self._supervisor = Supervisor(plan, limits)
+        # A world of several fleets is not started again: their clocks would go on from different times.
+        usual = Limits(world_restarts_max=0) if run.fleets else Limits()
+        self._supervisor = Supervisor(plan, limits or usual)
         self._judged = False
         self._events: deque[Event] = deque()
         self._is_telling = False

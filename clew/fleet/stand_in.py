@@ -11,10 +11,13 @@ from clew.fleet.prepare import Prepared
 from protocol.exit_codes import ExitCode
 from protocol.timeline.invariants import INVARIANTS
 from world.judge.books import Messages
+from world.judge.ground import Ground
 from world.judge.monitor import Promises
+from world.judge.together import TogetherVerdict, pass_together
 from world.judge.verdict import VERDICT_FILE, Events, Verdict
 from world.record.recorder import EVENTS_FILE, RecordingFailedError
 from world.record.run_files import BEGUN_FILE, save_verdict
+from world.scenario.scenario import Scenario
 
 REASON = "the run ended without a verdict of its world"
 REMOVED = "the run's folder was removed"
@@ -22,10 +25,13 @@ REMOVED = "the run's folder was removed"
 
 def has_begun(run: Prepared) -> bool:
     """Whether the run has ever had a timeline."""
-    return (run.private / BEGUN_FILE).exists() or has_content(run.folder / EVENTS_FILE)
+    return any(
+        (run.private / fleet / BEGUN_FILE).exists() or has_content(run.folder / fleet / EVENTS_FILE)
+        for fleet in run.fleets or ("",)
+    )
 
 
-def stand_in(run: Prepared, code: int) -> Verdict | None:
+def stand_in(run: Prepared, code: int) -> Verdict | TogetherVerdict | None:
     """Write the verdict that a run lacks; None if it has one, or never began.
 
     Args:
@@ -34,16 +40,23 @@ def stand_in(run: Prepared, code: int) -> Verdict | None:
     """
     if has_content(run.folder / VERDICT_FILE) or not has_begun(run):
         return None
-    verdict = _failed(run, code or ExitCode.FAILED)
+    verdict = _failed_on_all(run, code or ExitCode.FAILED)
     if run.folder.exists():
         with contextlib.suppress(RecordingFailedError):  # the disk is lost: it is printed at least
             save_verdict(verdict, run.folder)
     return verdict
 
 
-def _failed(run: Prepared, code: int) -> Verdict:
-    scenario, settings = run.scenario, run.settings
-    promises = Promises.of(scenario)
+def _failed_on_all(run: Prepared, code: int) -> Verdict | TogetherVerdict:
+    if isinstance(run.scenario, Scenario):
+        return _failed(run, run.scenario, code)
+    scenarios = run.scenario.scenarios()
+    verdicts = {name: _failed(run, each, code) for name, each in scenarios.items()}
+    return pass_together(run.scenario.name, run.settings.seed, verdicts, Ground(scenarios).between)
+
+
+def _failed(run: Prepared, scenario: Scenario, code: int) -> Verdict:
+    settings, promises = run.settings, Promises.of(scenario)
     return Verdict(
         ok=False,
         exit_code=code,

@@ -69,7 +69,19 @@ class Log:
             return open_regular(self.path)
         except OSError as error:
             where = f"{self.path.parent}: {self.path.name}" if self._in_folder else str(self.path)
+            if self._in_folder and (fleets := fleets_in(self.path.parent)):
+                each = ", ".join(fleets)
+                raise UsageError(
+                    f"{self.path.parent}: has several fleets, each with a folder: {each}"
+                ) from error
             raise UsageError(f"no run in {where}: {error.strerror}") from error
+
+
+def fleets_in(run: Path) -> list[str]:
+    """The names of the fleets of a run with several, which has a folder for each; otherwise none."""
+    if not run.is_dir() or (run / EVENTS_FILE).exists():
+        return []
+    return sorted(each.parent.name for each in run.glob(f"*/{EVENTS_FILE}"))
 
 
 def _one_by_one(block: bytes, first: int, findings: Findings, unread: "blake2b") -> Iterator[Line]:

@@ -9,6 +9,7 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
         "run paper --speed max",
         "run grove --seed 7 --faults leader-killed --view",
         "run grove --keep 20",
+        "run crossing",
     ],
     "rehearse": [
         "rehearse paper -n 8 --law certified --seed 7",

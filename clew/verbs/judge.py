@@ -29,7 +29,7 @@ def judge_verb(ctx: click.Context, run: Path, scene: Path | None, *, as_json: bo
 
     Exits with 1 when a promise was broken, the fleet did not arrive, or verdict.json says otherwise.
     """
-    from clew.verbs.judged import fleets_in
+    from clew.log.log import fleets_in
 
     fleets = fleets_in(run)
     if fleets and scene is not None:

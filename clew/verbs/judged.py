@@ -33,13 +33,6 @@ class Judged:
         return self.finding.ok and not self.wrong
 
 
-def fleets_in(run: Path) -> list[str]:
-    """The names of the fleets of a run with several; otherwise none."""
-    if not run.is_dir() or (run / EVENTS_FILE).exists():
-        return []
-    return sorted(each.parent.name for each in run.glob(f"*/{EVENTS_FILE}"))
-
-
 def judged(run: Path, scene: Path | None) -> Judged:
     """Judge a run, given by its folder or its timeline; by its own scenario or by another file.
 

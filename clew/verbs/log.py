@@ -55,17 +55,20 @@ def info(run: Path, *, as_json: bool) -> None:
 def check_log(ctx: click.Context, run: Path, *, as_json: bool) -> None:
     """Judge a run again from its log alone: every invariant, and whether the log is complete.
 
-    docs/verdict.md lists the invariants. Exits with 1 when one was broken or the log is not complete.
+    docs/verdict.md lists the invariants. Exits with 1 when one was broken or the log is not complete. The
+    folder of a run with several fleets has a log for each, and all are judged.
     """
     from clew.log.check import check, sentences
-    from clew.log.log import Log
+    from clew.log.log import Log, fleets_in
 
-    finding = check(Log(run))
+    fleets = fleets_in(run)
+    findings = {name: check(Log(run / name)) for name in fleets or ("",)}
     if as_json:
-        click.echo(msgspec.json.encode(finding).decode())
+        click.echo(msgspec.json.encode(findings if fleets else findings[""]).decode())
     else:
-        click.echo("\n".join(sentences(finding)))
-    ctx.exit(0 if finding.ok else 1)
+        for name, finding in findings.items():
+            click.echo("\n".join([*([f"fleet {name}:"] if fleets else []), *sentences(finding)]))
+    ctx.exit(0 if all(finding.ok for finding in findings.values()) else 1)
 
 
 def _print_summary(summary: "Summary") -> None:

@@ -4,11 +4,13 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum, auto
+from pathlib import Path
 
 from clew.fleet.prepare import Prepared
 from clew.fleet.supervision.events import HOST, TABLE, VIEWER, WORLD, router_name
 from protocol.keys import WORLD as WORLD_SESSION
 from protocol.network.session import ROUTERS_MAX
+from world.scenario.scenario import Scenario
 
 SAID_FILE = "said"
 """In the private folder: the output of the parts while the user sees a table or nothing."""
@@ -43,12 +45,24 @@ def _router(number: int) -> Part:
 
 
 def _world(run: Prepared) -> list[str]:
-    return ["-m", "world", str(run.folder), "--session", str(run.private / f"{WORLD_SESSION}.json")]
+    sessions = [private / f"{WORLD_SESSION}.json" for _, private, _ in _crews(run)]
+    return ["-m", "world", str(run.folder), *(said for path in sessions for said in ("--session", str(path)))]
 
 
 def _host(run: Prepared) -> list[str]:
-    robots = ["--robots", f"1-{run.robots}", "--host"]
-    return ["-m", "agents", *robots, "--run", str(run.folder), "--sessions", str(run.private)]
+    robots = [
+        said
+        for folder, private, robots in _crews(run)
+        for said in ("--robots", f"1-{robots}", "--run", str(folder), "--sessions", str(private))
+    ]
+    return ["-m", "agents", *robots, "--host"]
+
+
+def _crews(run: Prepared) -> list[tuple[Path, Path, int]]:
+    """The folders of each fleet, the run's and the private one, and how many robots it has."""
+    if isinstance(run.scenario, Scenario):
+        return [(run.folder, run.private, run.robots)]
+    return [(run.folder / each.name, run.private / each.name, each.robots) for each in run.scenario.fleets]
 
 
 def _viewer(run: Prepared) -> list[str]:
