@@ -23,10 +23,14 @@ class Mutant:
     """The rule that it breaks."""
     edits: tuple[Edit, ...]
     seeds_max: int = SEEDS_MAX
+    seed: int = 1
+    """The seed that caught it when it was last searched for; a search begins with it."""
     check: str = ""
     """The test that catches it, where no seed of a swarm has: what it needs, no swarm draws."""
 
 
-def mutant(name: str, rule: str, file: str, before: str, after: str, *, check: str = "") -> Mutant:
+def mutant(
+    name: str, rule: str, file: str, before: str, after: str, *, seed: int = 1, check: str = ""
+) -> Mutant:
     """A mutant with one edit."""
-    return Mutant(name, rule, (Edit(file, before, after),), check=check)
+    return Mutant(name, rule, (Edit(file, before, after),), seed=seed, check=check)

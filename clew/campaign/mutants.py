@@ -6,6 +6,7 @@ Rule 2: the first seed that surprises with the mutant, and does not surprise wit
         the wall-clock limit has stopped catches nothing.
 Rule 3: each mutant states within how many seeds it must be caught; or the test that catches it, which is then
         run in the copy instead.
+Rule 4: the seed that caught a mutant the last time is played first, then the others from 1 on.
 """
 
 import os
@@ -15,6 +16,7 @@ import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -54,7 +56,7 @@ class Caught(Struct, frozen=True, kw_only=True):
         return self.by is not None
 
 
-def run_mutant(mutant: Mutant, first_seed: int = 1) -> Caught:
+def run_mutant(mutant: Mutant) -> Caught:
     """Play seed after seed with the mutant, until one catches it or none is left.
 
     Raises:
@@ -65,7 +67,9 @@ def run_mutant(mutant: Mutant, first_seed: int = 1) -> Caught:
     cpu_s, played = 0.0, 0
     with TemporaryDirectory(prefix="clew-mutant-") as folder:
         apply(mutant, Path(folder))
-        for outcome in outcomes_in(Path(folder), WORKER, first_seed, first_seed + mutant.seeds_max - 1):
+        firsts = [] if mutant.seed == 1 else [mutant.seed]
+        parts = [*((each, each) for each in firsts), (1, mutant.seeds_max)]
+        for outcome in chain.from_iterable(outcomes_in(Path(folder), WORKER, *part) for part in parts):
             played, cpu_s = played + 1, cpu_s + outcome.cpu_s
             if is_catch(outcome) and passes_unmutated(outcome.seed):
                 return Caught(

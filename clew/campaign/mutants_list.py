@@ -26,6 +26,7 @@ MUTANTS = (
         "protocol/wire/authority.py",
         "    ground = path.corners(progress_m, path.end_m)\n",
         "    return max(from_m, progress_m - keep_m)\n    ground = path.corners(progress_m, path.end_m)\n",
+        seed=13,
     ),
     _mutant(
         "leader-over-grants",
@@ -33,6 +34,7 @@ MUTANTS = (
         "agents/navigation/certificate.py",
         "np.full(len(corners) - 1, keep_m)",
         "np.full(len(corners) - 1, 0.0 * keep_m)",
+        seed=18,
     ),
     *OF_VIEWS,
     _mutant(

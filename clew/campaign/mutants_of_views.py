@@ -9,6 +9,7 @@ OF_VIEWS = (
         "protocol/fence.py",
         "    exactly = (bearing.epoch, bearing.turn) == (fence.epoch, fence.turn)\n",
         "    exactly = True\n",
+        seed=144,
     ),
     mutant(
         "drives-on",
@@ -76,6 +77,7 @@ OF_VIEWS = (
         "world/bodies/fence.py",
         "epoch.generation == now.epoch.generation and now.turn == 0",
         "epoch.generation == now.epoch.generation",
+        seed=134,
     ),
     mutant(
         "raised-again",
@@ -83,6 +85,7 @@ OF_VIEWS = (
         "world/bodies/fence.py",
         "return is_tie and epoch.robot > now.epoch.robot",
         "return is_tie and epoch.robot >= now.epoch.robot",
+        seed=57,
     ),
     mutant(
         "raises-over-stop",
@@ -237,6 +240,7 @@ OF_VIEWS = (
             ),
             Edit("agents/membership/membership.py", "        self._senses.forget()\n", ""),
         ),
+        seed=25,
     ),
     mutant(
         "silent-among-walkers",

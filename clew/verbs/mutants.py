@@ -69,7 +69,7 @@ def mutants(
     for mutant in MUTANTS:
         if not names or mutant.name in names:
             caught.append(run_mutant(mutant))
-            click.echo(f"mutants: {_sentence(caught[-1])}", err=True)
+            click.echo(f"mutants: {_sentence(caught[-1])}; {caught[-1].cpu_s:.1f} CPU s", err=True)
     if as_json:
         say_json(caught)
     else:

@@ -1,8 +1,9 @@
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from clew.campaign.episode import Surprise
+from clew.campaign.episode import Outcome, Surprise
 from clew.campaign.mutant import Edit, Mutant
 from clew.campaign.mutants import apply, is_catch, run_mutant
 from clew.campaign.mutants_list import MUTANTS
@@ -57,3 +58,23 @@ def test_every_surprise_is_a_catch_but_an_episode_that_the_wall_clock_limit_has_
         Surprise.NONE,
         Surprise.STOPPED,
     }
+
+
+@pytest.mark.parametrize(
+    ("catches", "played"), [({7, 9}, [(7, 7)]), ({9}, [(7, 7), (1, 300)]), (set(), [(7, 7), (1, 300)])]
+)
+def test_the_seed_that_caught_a_mutant_before_is_played_first(
+    monkeypatch: pytest.MonkeyPatch, catches: set[int], played: list[tuple[int, int]]
+) -> None:
+    parts = []
+
+    def outcomes(_folder: Path, _worker: str, first: int, last: int) -> Iterator[Outcome]:
+        parts.append((first, last))
+        for seed in range(first, last + 1):
+            yield outcome(seed=seed, surprise=Surprise.VIOLATION if seed in catches else Surprise.NONE)
+
+    monkeypatch.setattr("clew.campaign.mutants.outcomes_in", outcomes)
+    monkeypatch.setattr("clew.campaign.mutants.passes_unmutated", lambda _seed: True)
+    harmless = Mutant("harmless", "", (Edit("protocol/wire/link.py", "class Link(", "class Link("),), seed=7)
+    assert run_mutant(harmless).seed == min(catches, default=None)
+    assert parts == played
