@@ -23,9 +23,6 @@ class Pleas:
     timing: Timing
     _asked: dict[int, float] = field(default_factory=dict)
     _let_in: Counter[int] = field(default_factory=Counter)
-    _stranded: set[int] = field(default_factory=set)
-    """Who has asked and is stranded."""
-    _stranded_not_before_s: float = 0.0
     _not_before_s: dict[int, float] = field(default_factory=dict)
 
     def forget(self) -> None:
@@ -41,10 +38,8 @@ class Pleas:
             stranded: whether no way was found for it.
             arrived: whether this robot has.
         """
-        not_before_s = self._stranded_not_before_s if stranded else self._not_before_s.get(robot, 0.0)
-        if now_s >= not_before_s and (arrived or not stranded):
+        if now_s >= self._not_before_s.get(robot, 0.0) and (arrived or not stranded):
             self._asked.setdefault(robot, now_s)
-            (self._stranded.add if stranded else self._stranded.discard)(robot)
 
     def reason(self, now_s: float, *, stands: bool) -> Reason | None:
         """Rule 2."""
@@ -66,5 +61,3 @@ class Pleas:
             wait_s = self.timing.plea_again_s * 2.0 ** self._let_in[robot]
             self._not_before_s[robot] = now_s + min(wait_s, self.timing.plea_again_s_max)
             self._let_in[robot] += 1
-        if self._stranded.intersection(self._asked):
-            self._stranded_not_before_s = now_s + self.timing.plea_again_s_max
