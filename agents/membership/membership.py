@@ -20,17 +20,15 @@ from agents.events import LinkHeard
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
 from agents.membership.assembly import Assembly
-from agents.membership.joining import Joining
 from agents.membership.past import Past
 from agents.membership.pleas import Pleas
 from agents.membership.proposing import Proposing
 from agents.membership.reporting import Reporter
 from agents.membership.states import Happening, State, after
-from agents.membership.turn import TurnTaker
+from agents.membership.turn import OwnTurns
 from agents.strand.member import Member
 from agents.strand.memory import Memory
-from protocol.arrays import xy
-from protocol.fence import Bearing, Fence, May, in_force
+from protocol.fence import Fence, May, in_force
 from protocol.mission import Mission
 from protocol.timeline import ViewJoined, ViewLeft
 from protocol.wire.view import Answer, Formation, Plea, Report, ViewMessage
@@ -62,8 +60,7 @@ class Membership:
         self._again = again
         self._has_begun = False
         self._reporter: Reporter | None = None
-        self._joining: Joining | None = None
-        self._taker: TurnTaker | None = None
+        self._turns = OwnTurns(life, mission, driver, senses)
         self._assembly = Assembly()
         self._pleaded_at_s = -float("inf")
         self._own_number = 0
@@ -89,21 +86,15 @@ class Membership:
         fence = self._fence
         commands = self._bind(now_s) if fence.epoch != before.epoch else []
         self._proposing.enter(fence, now_s)
-        named = fence.may is May.ONE and fence.names(self._robot, self._life)
         self._happen(Happening.NOT_NAMED)  # every fence ends the turn before, also where the next is its own
-        if named:
+        if fence.may is May.ONE and fence.names(self._robot, self._life):
             self._happen(Happening.NAMED)
-        if self._reporter is not None:
-            self._reporter.be_named(named=named)
         return commands
 
     def _happen(self, happening: Happening) -> None:
         self.state = after(self.state, happening)
-        if self.state is State.JOINING or self._taker is None:
-            return
-        if self._taker.has_moved and self._reporter is not None:
+        if self.state is not State.JOINING and self._turns.end() and self._reporter is not None:
             self._reporter.leave_places()
-        self._taker = None
 
     def _bind(self, now_s: float) -> list[Command]:
         """There is a newer epoch: leave whatever this robot is in."""
@@ -148,7 +139,7 @@ class Membership:
         """Take in a message of a view."""
         if said.epoch != self._fence.epoch:
             return []
-        from_coordinator = robot == said.epoch.robot and self._reporter is not None
+        reporter = self._reporter if robot == said.epoch.robot else None
         match said:
             case Report() if self.coordinator is not None:
                 self.coordinator.hear(robot, said, now_s)
@@ -156,11 +147,14 @@ class Membership:
                 return self._hear_plea(robot, said, now_s)
             case Answer(heard=0) if robot == self._fence.robot:
                 self._proposing.leader_answers(now_s)
-            case Answer() if from_coordinator and said.life == self._life:
-                return self._hear_answer(said, number, now_s)
-            case Formation() if from_coordinator and said.life == self._life:
+            case Answer() if reporter is not None and said.life == self._life:
+                reporter.hear(said, number, now_s)
+                if said.out and self.state is State.BOUND:
+                    self._happen(Happening.LEFT_OUT)
+                    return [Note(ViewLeft(epoch=said.epoch.number))]
+            case Formation() if reporter is not None and said.life == self._life:
                 self._assembly.add(said)
-                self._heard_coordinator(now_s)
+                reporter.heard_coordinator(now_s)
             case _:
                 pass  # from a robot that may not say so
         return []
@@ -168,18 +162,6 @@ class Membership:
     def hear_link(self, heard: LinkHeard, now_s: float) -> list[Command]:
         """Take in a neighbour's link state; it counts only for a member."""
         return [] if self.member is None else self.member.hear(heard, now_s)
-
-    def _hear_answer(self, answer: Answer, number: int, now_s: float) -> list[Command]:
-        assert self._reporter is not None, "asked before"
-        self._reporter.hear(answer, number, now_s)
-        if not answer.out or self.state is not State.BOUND:
-            return []
-        self._happen(Happening.LEFT_OUT)
-        return [Note(ViewLeft(epoch=answer.epoch.number))]
-
-    def _heard_coordinator(self, now_s: float) -> None:
-        assert self._reporter is not None, "asked before"
-        self._reporter.heard_coordinator(now_s)
 
     def _hear_plea(self, robot: int, plea: Plea, now_s: float) -> list[Command]:
         member = self.member
@@ -226,10 +208,6 @@ class Membership:
             usual_s=self._past.usual_s,
         )
 
-    @property
-    def _bearing(self) -> Bearing:
-        return Bearing(epoch=self._fence.epoch, turn=self._fence.turn, life=self._life)
-
     def _do(self, now_s: float) -> list[Command]:
         """What the state asks for."""
         match self.state:
@@ -252,21 +230,15 @@ class Membership:
         return self._reporter.act(driver, self._senses, now_s)
 
     def _join(self, now_s: float) -> list[Command]:
-        reporter, driver = self._reporter, self._driver
+        reporter = self._reporter
         assert reporter is not None, "nobody has a turn without a coordinator"
         join = reporter.join(self._fence.turn)
         if join is None:
             return self._report(now_s)
-        if self._taker is None:
-            driver.begin(0.0, self._bearing)
-            here = xy(driver.odometry.pose)
-            self._joining = joining = self._joining or Joining(self._mission, here)
-            joining.begin(here, epoch=self._fence.epoch.number, robots=len(join.strand) + len(join.waiting))
-            self._taker = TurnTaker(self._mission, driver, self._senses, joining, join)
-        commands = self._taker.act(now_s)
-        if self._taker.ended is None:
+        commands, ended = self._turns.act(join, self._fence, now_s)
+        if ended is None:
             return commands
-        reporter.end_turn(self._taker.ended)
+        reporter.end_turn(ended)
         return commands + self._report(now_s)
 
     def _plead(self, now_s: float) -> list[Command]:

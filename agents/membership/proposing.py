@@ -116,7 +116,7 @@ class Proposing:
         idle_s = min(odometry.stood_s, now_s - self._turn_s)
         if self._suspicion.has_gone(coordinator, heard_s, now_s):
             why = f"robot {coordinator} coordinated, and its token has gone"
-        elif reporter is not None and self._is_deaf(min(idle_s, reporter.waits_s(now_s)), now_s):
+        elif reporter is not None and self._is_deaf(min(idle_s, now_s - reporter.heard_at_s), now_s):
             why = f"robot {coordinator} coordinates, and is silent"
         elif idle_s > timing.stood_s:
             why = "nobody has moved, and there was no turn"

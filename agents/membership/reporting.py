@@ -49,21 +49,15 @@ class Reporter:
     """Its newest turn in this view."""
     _said: Report | None = None
     _said_at_s: float = -float("inf")
-    _answered: int = -1
     _newest: int = -1
     _look: Look | None = None
-    _is_named: bool = False
-    _waits_since_s: float | None = None
-    """When it sent the first report after it heard the coordinator last."""
 
     def hear(self, answer: Answer, number: int, now_s: float) -> None:
         """Take in the coordinator's answer; an older one than the newest changes nothing."""
         if answer.life != self.life or number <= self._newest:
             return
         self._newest = number
-        self.heard_coordinator(now_s)
-        self.answer = answer
-        self._answered = max(self._answered, answer.heard)
+        self.heard_at_s, self.answer = now_s, answer
         if answer.rank is not None or self.ended is not None:
             self.places = self.places.with_draft(self.epoch, answer.rank)
 
@@ -74,12 +68,8 @@ class Reporter:
         return None if is_over or join is None or join.turn != turn else join
 
     def heard_coordinator(self, now_s: float) -> None:
-        """An answer or a piece of the formation has come."""
-        self.heard_at_s, self._waits_since_s = now_s, None
-
-    def waits_s(self, now_s: float) -> float:
-        """For how long reports have not been answered; one that drives sends none."""
-        return 0.0 if self._waits_since_s is None else now_s - self._waits_since_s
+        """A piece of the formation has come."""
+        self.heard_at_s = now_s
 
     def end_turn(self, ended: Ended) -> None:
         """The robot has ended a turn of its own, and stands."""
@@ -99,20 +89,14 @@ class Reporter:
         elif not is_due(last_s=self._said_at_s, every_s=self._every_s, now_s=now_s):
             return commands
         self._said_at_s = now_s
-        if self._waits_since_s is None:
-            self._waits_since_s = now_s
         return [*commands, Say(self.epoch.robot, self._said)]
 
     @property
     def _every_s(self) -> float:
         assert self._said is not None
-        is_answered = self._answered >= self._said.number and self._waits_since_s is None
-        waits = self._is_named or not is_answered
-        return self.timing.report_s if waits else self.timing.ping_s
-
-    def be_named(self, *, named: bool) -> None:
-        """Whether the fence names this robot: it waits for where the strand ends."""
-        self._is_named = named
+        heard = -1 if self.answer is None else self.answer.heard
+        is_answered = heard >= self._said.number and self.heard_at_s >= self._said_at_s
+        return self.timing.ping_s if is_answered else self.timing.report_s
 
     def _report(self, driver: Driver) -> Report:
         odometry = driver.odometry

@@ -21,7 +21,8 @@ from agents.commands import Command, Note
 from agents.membership.joining import InPlace, Joining, Stands
 from agents.navigation.scan import View
 from agents.navigation.step import LookCloser, NoStep
-from protocol.arrays import Floats
+from protocol.arrays import Floats, xy
+from protocol.fence import Bearing, Fence
 from protocol.frames import Point
 from protocol.mission import Mission
 from protocol.timeline import RobotBlocked, RobotPlaced, StepPlanned
@@ -137,6 +138,34 @@ class TurnTaker:
         if stands_at != self._stood_at:
             self._stood_at, self._stood_at_s = stands_at, now_s
         return now_s - self._stood_at_s >= PATIENCE_S
+
+
+class OwnTurns:
+    """What one robot keeps from turn to turn."""
+
+    def __init__(self, life: int, mission: Mission, driver: Driver, senses: Senses) -> None:
+        self._life = life
+        self._mission = mission
+        self._driver = driver
+        self._senses = senses
+        self._joining: Joining | None = None
+        self._taker: TurnTaker | None = None
+
+    def act(self, join: Join, fence: Fence, now_s: float) -> tuple[list[Command], Ended | None]:
+        """What is to be done in the turn that this fence gives; and how it has ended, if it has."""
+        if self._taker is None:
+            bearing = Bearing(epoch=fence.epoch, turn=fence.turn, life=self._life)
+            self._driver.begin(0.0, bearing)
+            here = xy(self._driver.odometry.pose)
+            self._joining = joining = self._joining or Joining(self._mission, here)
+            joining.begin(here, epoch=fence.epoch.number, robots=len(join.strand) + len(join.waiting))
+            self._taker = TurnTaker(self._mission, self._driver, self._senses, joining, join)
+        return self._taker.act(now_s), self._taker.ended
+
+    def end(self) -> bool:
+        """The robot has no turn any more; whether it may have moved in its last one."""
+        taker, self._taker = self._taker, None
+        return taker is not None and taker.has_moved
 
 
 def _stands(join: Join) -> Stands:

@@ -163,9 +163,9 @@ OF_VIEWS = (
         "old-epochs-report",
         "F4: a report counts only in the epoch that it names; here one of an older epoch counts, too",
         "agents/membership/membership.py",
-        "        if said.epoch != self._fence.epoch:\n            return []\n        from_coordinator",
+        "        if said.epoch != self._fence.epoch:\n            return []\n        reporter =",
         "        if said.epoch != self._fence.epoch and type(said) is not Report:\n            return []\n"
-        "        from_coordinator",
+        "        reporter =",
         check="tests/unit/agents/conversations/test_turns.py::"
         "test_a_report_of_an_older_epoch_does_not_count_however_high_its_number",
     ),
@@ -182,8 +182,8 @@ OF_VIEWS = (
         "next-life-acts",
         "F4: a formation names lives, and another life of a member does not act on it",
         "agents/membership/membership.py",
-        "            case Formation() if from_coordinator and said.life == self._life:\n",
-        "            case Formation() if from_coordinator:\n",
+        "            case Formation() if reporter is not None and said.life == self._life:\n",
+        "            case Formation() if reporter is not None:\n",
         check="tests/unit/agents/conversations/test_strands.py::"
         "test_v2_a_new_life_takes_no_part_in_the_formation_of_its_former_life",
     ),

@@ -106,22 +106,12 @@ def test_a_report_that_says_the_same_keeps_its_number_and_one_with_news_has_the_
     assert numbers == [1, 1, 1, 2]
 
 
-def test_a_robot_that_has_the_turn_and_does_not_know_where_the_strand_ends_keeps_asking() -> None:
+def test_an_answered_report_that_is_repeated_in_vain_is_repeated_more_often() -> None:
     bound = Bound()
     (first,) = reports(bound.at(0.0))
     bound.answered(0.05, first.number)
-    bound.reporter.be_named(named=True)
-    assert [len(reports(bound.at(0.1 + tenth / 10, turn=0))) for tenth in range(3)] == [1, 1, 1]
-
-
-def test_how_long_the_coordinator_has_not_answered_counts_from_the_first_report_after_it_was_heard() -> None:
-    bound = Bound()
-    assert bound.reporter.waits_s(9.0) == 0.0, "it has not asked for anything yet"
-    bound.at(1.0)
-    bound.at(2.0)
-    assert bound.reporter.waits_s(3.0) == 2.0
-    bound.answered(3.0, 1)
-    assert bound.reporter.waits_s(9.0) == 0.0
+    times = [tenth for tenth in range(1, 9) if reports(bound.at(tenth / 10))]
+    assert times == [5, 6, 7, 8]
 
 
 # --- places ---------------------------------------------------------------------------------------------
