@@ -19,7 +19,7 @@ Rule 6: where a robot that asks a strand on its way to let it in finds no way, t
         but one that would lead, as in rule 4, is tried as leader.
 """
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -27,6 +27,7 @@ import numpy as np
 from agents.coordinating.legs import robots_apart
 from agents.coordinating.order import (
     Places,
+    former_order,
     in_front,
     kept_order,
     nearest_to,
@@ -109,7 +110,9 @@ class Draft:
     def begin(self, reports: Mapping[int, Report], obstacle_m: Mapping[int, float]) -> None:
         """Compute the order of those that have reported; who is in place is known when they have looked."""
         places = places_of(reports)
-        stayed = [robot for robot in self.strand if robot in reports] or self._former_order(reports)
+        stayed = [robot for robot in self.strand if robot in reports]
+        if not stayed and self.keeps and not self.led:
+            stayed = former_order(reports)
         self._front = self._stayed = ()
         if self._is_last_try:
             self.order = other_order(places, self._led_before, self.mission.goal)
@@ -175,25 +178,18 @@ class Draft:
             places = places_of(reports)
             off_m = np.hypot(*(positions(places, free) - positions(places, self.strand[-1:])).T)
             return Give(free[int(np.argmin(off_m))])
-        return self._give_up(reports, waiting, now_s, others_may_come_back=others_may_come_back)
-
-    def _give_up(
-        self,
-        reports: Mapping[int, Report],
-        waiting: Collection[int],
-        now_s: float,
-        *,
-        others_may_come_back: bool,
-    ) -> Next:
-        places = places_of(reports)
-        all_are_here = len(reports) == self.mission.robots
-        if not self.first and all_are_here and self._leads_next(places) in waiting:
+        if not self.first and len(reports) == self.mission.robots and self._leads_next(reports) in waiting:
             return self._try_another()
         goes_on = self.lets_in and not reports[self.strand[0]].arrived
         if goes_on and self._stayed and set(self._stayed) <= set(self.strand):
             return Done()
+        return self._give_up(reports, now_s, others_may_come_back=others_may_come_back)
+
+    def _give_up(self, reports: Mapping[int, Report], now_s: float, *, others_may_come_back: bool) -> Next:
+        """Rules 3 to 5."""
+        places = places_of(reports)
         self._stuck_at_s = now_s if self._stuck_at_s is None else self._stuck_at_s
-        if not all_are_here and others_may_come_back:
+        if len(reports) < self.mission.robots and others_may_come_back:
             made_way = self._made_way is not None
             patience_s = self.timing.comes_back_s if made_way else self.timing.makes_way_s
             if now_s - self._stuck_at_s < patience_s:
@@ -231,8 +227,9 @@ class Draft:
     def _may_try_another(self, places: Places) -> bool:
         return len(self._next_led()) < min(self.timing.leaders_max, len(places))
 
-    def _leads_next(self, places: Places) -> int | None:
+    def _leads_next(self, reports: Mapping[int, Report]) -> int | None:
         """The robot that would lead next, if it stands in front: nearer to the goal than this leader."""
+        places = places_of(reports)
         if self.mission.goal is None or not self._may_try_another(places):
             return None
         waiting = {robot: pose for robot, pose in places.items() if robot not in self.led}
@@ -248,12 +245,3 @@ class Draft:
         self.strand, self._made_way = [], None
         self._in_vain.clear()
         return Begin()
-
-    def _former_order(self, reports: Mapping[int, Report]) -> list[int]:
-        """The robots that stayed in the newest formation or draft in which any did, in its order."""
-        if not self.keeps or self.led:
-            return []
-        formers = [(former.epoch.number, former.rank, robot) for robot, report in reports.items()
-                   for former in report.formers]  # fmt: skip
-        newest = max((number for number, _, _ in formers), default=0)
-        return [robot for number, _, robot in sorted(formers) if number == newest]
