@@ -11,12 +11,12 @@ Rule 3: a robot that is lost before that is dropped, and the draft begins again 
 Rule 4: it goes by phases (`agents.coordinating.phases`).
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from agents.commands import Command, Note
 from agents.coordinating.agreeing import Agreement, Intent
 from agents.coordinating.draft import Begin, Done, Draft, Give
-from agents.coordinating.drafted import Drafted, reason_of
+from agents.coordinating.drafted import Drafted, drafted
 from agents.coordinating.formation import Plan
 from agents.coordinating.joins import join_for
 from agents.coordinating.phases import PHASES, Phase
@@ -26,7 +26,7 @@ from agents.coordinating.telling import Telling
 from agents.coordinating.turns import Turns
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
-from protocol.fence import Cause, Epoch, Fence, May
+from protocol.fence import Epoch, Fence, May
 from protocol.frames import Point
 from protocol.mission import Mission
 from protocol.wire.messages import Odometry
@@ -56,7 +56,6 @@ class Coordinator:
         self._timing = timing
         self._suspicion = suspicion
         self._agreement = Agreement(robot, epoch, intent, mission.goal is None, neighbours)
-        self._cause = intent.cause
         self._began_s = self._moved_s = now_s
         self._questions = Questions(mission, timing)
         self.phase = Phase.GATHERING
@@ -88,16 +87,11 @@ class Coordinator:
     @property
     def stranded(self) -> frozenset[int]:
         """The robots that have had a turn, and found no way to a place in the formation."""
-        plan, had_turn = self.plan, {robot for robot in self._reports if self._turns.put_for(robot) > 0}
-        return frozenset() if plan is None else frozenset(had_turn.difference(plan.order))
+        return self._telling.stranded
 
     def drafted(self, now_s: float) -> Drafted:
         """What it has drafted; once the formation is made, that."""
-        draft, plan = self._draft, self.plan
-        in_place = plan.order if plan is not None else () if draft is None else tuple(draft.strand)
-        others = (each for each in range(1, self._mission.robots + 1) if each not in in_place)
-        why = {each: reason_of(each, self._reported, draft, self._suspicion, now_s) for each in others}
-        return Drafted(() if draft is None else draft.order, in_place, why)
+        return drafted(self._mission.robots, self._draft, self.plan, self._reported, now_s)
 
     def act(self, odometry: Odometry, now_s: float) -> list[Command]:
         """What is to be done now."""
@@ -126,7 +120,7 @@ class Coordinator:
             return commands
         if self.phase is Phase.GATHERING and fence.may is May.ONE:
             return self._turns.put(fence, now_s, may=May.NOBODY)  # nobody drives while a draft begins
-        if self.phase is Phase.GATHERING and not self._expects(now_s):
+        if self.phase is Phase.GATHERING and not self._waits_for_reports(now_s):
             is_first = self._turns.newest is None  # no place is older than a turn
             plan = self._agreement.turned(self._reports, turn=fence.turn + 1) if is_first else None
             if plan is not None:
@@ -139,38 +133,18 @@ class Coordinator:
                 self._enter(Phase.TURNING)
             else:
                 self._draft.begin(self._reports, self._questions.obstacle_m(self._reports))
-                self._look_at_legs(now_s)
+                self._look_at_legs(self._draft, now_s)
         if self.phase is Phase.TURNING:
             commands += self._take_turns(fence, now_s)
         if self.phase is Phase.CLOSING:
             commands += self._close(fence, now_s)
         return commands
 
-    def _expects(self, now_s: float) -> bool:
-        """Whether robots are still waited for: their reports, or newer ones than their own last turns."""
-        self._drop_silent(now_s)
-        if self._waits_for_places(self._reports):
-            return True
-        if self._suspicion.judges(now_s) and now_s - self._began_s > self._timing.reports_s:
-            return False
-        if not self._suspicion.presence.sees_all:
-            return True
-        showing = self._suspicion.presence.robots | {self._robot}
-        expected = showing - self._suspicion.suppressed(now_s)
-        return not expected <= self._reports.keys()
-
     def _begin(self, now_s: float) -> None:
         """Begin a draft, or begin it again with those that are in place."""
         if self._draft is None:
             led = self._agreement.counters(self._reports).led_in_vain
-            self._draft = Draft(
-                self._mission,
-                self._timing,
-                keeps=self._cause is not Cause.BLOCKED,
-                first=self._cause is Cause.START,
-                lets_in=self._cause is Cause.PLEA,
-                led=led,
-            )
+            self._draft = Draft(self._mission, self._timing, self._agreement.intent.cause, led)
         if self._has_news:
             self._has_news = False
             self._draft.admit()
@@ -180,11 +154,9 @@ class Coordinator:
             self._reported.ask(self._questions.ask_about_obstacles(self._reports, now_s))
         else:
             self._draft.begin(self._reports, {})
-            self._look_at_legs(now_s)
+            self._look_at_legs(self._draft, now_s)
 
-    def _look_at_legs(self, now_s: float) -> None:
-        draft = self._draft
-        assert draft is not None
+    def _look_at_legs(self, draft: Draft, now_s: float) -> None:
         asked = self._questions.ask_about_legs(draft.order, self._reports, now_s, keeps=draft.keeps)
         self._reported.ask(asked)
 
@@ -199,7 +171,9 @@ class Coordinator:
             self._enter(Phase.GATHERING)
         if self.phase is Phase.GATHERING:
             return self._turns.put(fence, now_s, may=May.NOBODY) if fence.may is May.ONE else []
-        next_ = draft.next(self._reports, now_s, others_may_come_back=self._others_may_come_back(now_s))
+        gone_s = now_s - self._timing.comes_back_s
+        others_may_come_back = not self._reported.others_have_gone(self._mission.robots, gone_s)
+        next_ = draft.next(self._reports, now_s, others_may_come_back=others_may_come_back)
         commands: list[Command] = []
         if not isinstance(next_, Give) and fence.may is May.ONE:
             commands += self._turns.put(fence, now_s, may=May.NOBODY)
@@ -234,11 +208,6 @@ class Coordinator:
             self._drop(fence.robot)
         return True
 
-    def _others_may_come_back(self, now_s: float) -> bool:
-        outside = set(range(1, self._mission.robots + 1)) - self._reports.keys()
-        went_by_s = now_s - self._timing.comes_back_s
-        return not all(self._suspicion.presence.has_gone_by(robot, went_by_s) for robot in outside)
-
     # --- the formation ------------------------------------------------------------------------------
 
     def _close(self, fence: Fence, now_s: float) -> list[Command]:
@@ -247,7 +216,7 @@ class Coordinator:
         assert draft is not None
         if fence.may is May.ONE:
             return self._turns.put(fence, now_s, may=May.NOBODY)
-        if self._waits_for_places(draft.strand):
+        if self._reported.waits_for_places(draft.strand, self._turns):
             return []
         if not self._telling.has_map(draft.strand[0], now_s):
             return []
@@ -255,19 +224,13 @@ class Coordinator:
         plan = self._agreement.drafted(draft.strand, draft.legs, driven, self._reports, turn=fence.turn + 1)
         return self._agreement.stranded(plan, self._reports) + self._make(plan, fence, now_s)
 
-    def _waits_for_places(self, robots: Iterable[int]) -> bool:
-        """Whether the place of one of these may be old; each such one is asked."""
-        old = self._reported.old(robots, self._turns)
-        self._reported.ask(old)
-        return bool(old)
-
-    def _drop_silent(self, now_s: float) -> None:
-        """A draft does not wait for long for the place of a robot that is not heard."""
-        if not self._suspicion.judges(now_s):
-            return
-        old = self._reported.old(self._reports.keys() - {self._robot}, self._turns)
-        for robot in self._reported.silent(old, now_s, self._timing.coordinator_s):
+    def _waits_for_reports(self, now_s: float) -> bool:
+        """Whether robots are still waited for; a draft does not wait for long for one that is not heard."""
+        timing = self._timing
+        for robot in self._reported.overdue(self._robot, self._turns, now_s, after_s=timing.coordinator_s):
             self._drop(robot)
+        is_late = now_s - self._began_s > timing.reports_s
+        return self._reported.expects(self._robot, self._turns, now_s, is_late=is_late)
 
     def _make(self, plan: Plan, fence: Fence, now_s: float) -> list[Command]:
         self._enter(Phase.FORMED)

@@ -37,6 +37,7 @@ from agents.coordinating.order import (
     positions,
 )
 from agents.liveness.timing import Timing
+from protocol.fence import Cause
 from protocol.frames import Point
 from protocol.mission import Mission
 from protocol.wire.view import Look, Report
@@ -74,12 +75,8 @@ class Draft:
 
     mission: Mission
     timing: Timing
-    keeps: bool
-    """Whether places in former strands count; not where a strand has dissolved."""
-    first: bool
-    """Whether it is the first view of the run."""
-    lets_in: bool
-    """Whether the view is for a robot that asks to be let in (rule 6)."""
+    cause: Cause
+    """Why there is a view."""
     led: tuple[int, ...] = ()
     """The robots that have led in vain, in this view or since the last step."""
     order: tuple[int, ...] = ()
@@ -100,6 +97,11 @@ class Draft:
 
     def __post_init__(self) -> None:
         self._led_before = self.led
+
+    @property
+    def keeps(self) -> bool:
+        """Whether places in former strands count; not where a strand has dissolved."""
+        return self.cause is not Cause.BLOCKED
 
     @property
     def tried(self) -> frozenset[int]:
@@ -170,17 +172,20 @@ class Draft:
         waiting = [robot for robot in sorted(reports) if robot not in self.strand]
         if not waiting:
             return Done()
-        tried = self.tried
-        free = [robot for robot in waiting if robot not in tried]
+        free = sorted({*waiting} - self.tried)
         if self._made_way in free and len(free) > 1:
             free.remove(self._made_way)
         if free:
             places = places_of(reports)
             off_m = np.hypot(*(positions(places, free) - positions(places, self.strand[-1:])).T)
             return Give(free[int(np.argmin(off_m))])
-        if not self.first and len(reports) == self.mission.robots and self._leads_next(reports) in waiting:
+        if (
+            self.cause is not Cause.START
+            and len(reports) == self.mission.robots
+            and self._leads_next(reports) in waiting
+        ):
             return self._try_another()
-        goes_on = self.lets_in and not reports[self.strand[0]].arrived
+        goes_on = self.cause is Cause.PLEA and not reports[self.strand[0]].arrived
         if goes_on and self._stayed and set(self._stayed) <= set(self.strand):
             return Done()
         return self._give_up(reports, now_s, others_may_come_back=others_may_come_back)
@@ -190,8 +195,8 @@ class Draft:
         places = places_of(reports)
         self._stuck_at_s = now_s if self._stuck_at_s is None else self._stuck_at_s
         if len(reports) < self.mission.robots and others_may_come_back:
-            made_way = self._made_way is not None
-            patience_s = self.timing.comes_back_s if made_way else self.timing.makes_way_s
+            timing = self.timing
+            patience_s = timing.makes_way_s if self._made_way is None else timing.comes_back_s
             if now_s - self._stuck_at_s < patience_s:
                 return Wait()
         if self._made_way is None:
@@ -201,8 +206,7 @@ class Draft:
         has_arrived = reports[self.strand[0]].arrived
         if self._is_last_try or (leads_best and len(self.strand) > 1 and not has_arrived):
             return Done()
-        tried_s = now_s - self._stuck_at_s
-        if tried_s <= self.timing.tries_s and self._may_try_another(places):
+        if now_s - self._stuck_at_s <= self.timing.tries_s and self._may_try_another(places):
             return self._try_another()
         self._is_last_try = True
         return Done() if leads_best else self._restart()
@@ -232,8 +236,7 @@ class Draft:
         places = places_of(reports)
         if self.mission.goal is None or not self._may_try_another(places):
             return None
-        waiting = {robot: pose for robot, pose in places.items() if robot not in self.led}
-        nearest = nearest_to(self.mission.goal, waiting or places)
+        nearest = other_order(places, self.led, self.mission.goal)[0]
         return None if nearest == self.order[0] else nearest
 
     def _try_another(self) -> Next:

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from agents.coordinating.draft import Draft
+from agents.coordinating.formation import Plan
 from agents.coordinating.reported import Reported
-from agents.liveness.suspicion import Suspicion
 
 UNREPORTED = "it has not reported"
 TOO_SILENT = "it was silent, or kept the others waiting, too often lately"
@@ -27,9 +27,17 @@ class Drafted:
     """Why each other robot has no place."""
 
 
-def reason_of(robot: int, reported: Reported, draft: Draft | None, suspicion: Suspicion, now_s: float) -> str:
+def drafted(robots: int, draft: Draft | None, plan: Plan | None, reported: Reported, now_s: float) -> Drafted:
+    """What a coordinator has drafted; once the formation is made, that."""
+    in_place = plan.order if plan is not None else () if draft is None else tuple(draft.strand)
+    others = (each for each in range(1, robots + 1) if each not in in_place)
+    why = {each: _reason_of(each, reported, draft, now_s) for each in others}
+    return Drafted(() if draft is None else draft.order, in_place, why)
+
+
+def _reason_of(robot: int, reported: Reported, draft: Draft | None, now_s: float) -> str:
     """Why a robot that is not in place is not."""
-    presence = suspicion.presence
+    suspicion, presence = reported.suspicion, reported.suspicion.presence
     if robot in reported.counted:
         if draft is None or robot not in draft.tried:
             return "its turn has not come"

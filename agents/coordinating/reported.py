@@ -66,9 +66,33 @@ class Reported:
         """Those of these robots whose place may be older than their own last turn."""
         return {robot for robot in robots if self.counted[robot].turn <= turns.put_for(robot) > 0}
 
-    def silent(self, robots: Iterable[int], now_s: float, after_s: float) -> list[int]:
-        """The robots of these that have not been heard for so long."""
-        return [robot for robot in robots if now_s - self._heard_s[robot] > after_s]
+    def overdue(self, own: int, turns: Turns, now_s: float, *, after_s: float) -> list[int]:
+        """The robots, but this one, whose places may be old and that have not been heard for so long."""
+        if not self.suspicion.judges(now_s):
+            return []
+        old = self.old(self.counted.keys() - {own}, turns)
+        return [robot for robot in old if now_s - self._heard_s[robot] > after_s]
+
+    def waits_for_places(self, robots: Iterable[int], turns: Turns) -> bool:
+        """Whether the place of one of these may be old; each such one is asked."""
+        old = self.old(robots, turns)
+        self.ask(old)
+        return bool(old)
+
+    def expects(self, own: int, turns: Turns, now_s: float, *, is_late: bool) -> bool:
+        """Whether robots are still waited for: their reports, or newer ones than their own last turns."""
+        if self.waits_for_places(self.counted, turns):
+            return True
+        if is_late and self.suspicion.judges(now_s):
+            return False
+        presence = self.suspicion.presence
+        expected = (presence.robots | {own}) - self.suspicion.suppressed(now_s)
+        return not presence.sees_all or not expected <= self.counted.keys()
+
+    def others_have_gone(self, robots: int, by_s: float) -> bool:
+        """Whether all robots of so many that do not count have shown no token since then."""
+        others = set(range(1, robots + 1)) - self.counted.keys()
+        return all(self.suspicion.presence.has_gone_by(robot, by_s) for robot in others)
 
     def lost(self, own: int, now_s: float) -> list[int]:
         """The robots that count and are gone, but this one; told once for all that is heard at one time."""

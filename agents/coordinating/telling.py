@@ -46,6 +46,13 @@ class Telling:
         """The formation, once it is made."""
         self._asks_map_since_s: float | None = None
 
+    @property
+    def stranded(self) -> frozenset[int]:
+        """The robots that have had a turn, and found no way to a place in the formation."""
+        plan, counted = self.plan, self._reported.counted
+        had_turn = frozenset(robot for robot in counted if self._turns.put_for(robot) > 0)
+        return frozenset() if plan is None else had_turn.difference(plan.order)
+
     def tell(self, plan: Plan, now_s: float) -> list[Command]:
         """The formation is made: send it to its members."""
         self.plan = plan
@@ -108,7 +115,7 @@ class Telling:
             heard=report.number,
             after_turn=self._turns.put_for(robot),
             out=self.plan is not None,
-            stranded=self.plan is not None and robot in counted and self._turns.put_for(robot) > 0,
+            stranded=robot in self.stranded,
             question=self._questions.pending(robot),
             join=join if has_turn else None,
             rank=rank,

@@ -146,7 +146,7 @@ OF_VIEWS = (
         "F4: the last turn before ALL names nobody, unless none named a robot",
         "agents/coordinating/coordinator.py",
         "        if fence.may is May.ONE:\n            return self._turns.put(fence, now_s, may=May.NOBODY)\n"
-        "        if self._waits_for_places(draft.strand):\n            return []\n",
+        "        if self._reported.waits_for_places(draft.strand, self._turns):\n            return []\n",
         "",
         check="tests/unit/agents/conversations/test_turns.py::"
         "test_v5_an_order_of_a_turn_moves_no_body_under_all",

@@ -6,7 +6,7 @@ import pytest
 
 from agents.coordinating.draft import Begin, Done, Draft, Give, Wait
 from agents.liveness.timing import Timing
-from protocol.fence import Epoch
+from protocol.fence import Cause, Epoch
 from protocol.frames import Point, Pose
 from protocol.wire.view import Former, Look, Report
 from tests.support.stages.one_step import under
@@ -18,9 +18,9 @@ QUEUE = {1: (3.0, 0.0), 2: (2.0, 0.0), 3: (1.0, 0.0), 4: (0.0, 0.0)}
 Reports = dict[int, Report]
 
 
-def drafted(*, robots: int = 4, keeps: bool = True, first: bool = False, lets_in: bool = False) -> Draft:
+def drafted(*, robots: int = 4, cause: Cause = Cause.NEIGHBOUR_LOST) -> Draft:
     mission = under("certified", robots=robots, robot_radius_m=0.1, goal=GOAL, goal_tolerance_m=0.1)
-    return Draft(mission, TIMING, keeps=keeps, first=first, lets_in=lets_in)
+    return Draft(mission, TIMING, cause)
 
 
 def reports(places: dict[int, tuple[float, float]], former: Epoch | None = None, *stayed: int) -> Reports:
@@ -92,7 +92,7 @@ def test_places_in_the_newest_strand_or_draft_count_and_older_ones_do_not() -> N
 
 def test_where_a_strand_has_dissolved_no_places_count() -> None:
     there = reports(QUEUE, BEFORE, 4, 3, 2, 1)
-    kept, dissolved = drafted(), drafted(keeps=False)
+    kept, dissolved = drafted(), drafted(cause=Cause.BLOCKED)
     for draft in (kept, dissolved):
         draft.begin(there, {})
     assert (kept.order, dissolved.order) == ((4, 3, 2, 1), (1, 2, 3, 4))
@@ -225,12 +225,12 @@ def test_those_in_place_go_on_at_once_if_they_are_several_and_nobody_is_nearer_t
     assert draft.strand == [1, 2]
 
 
-@pytest.mark.parametrize("lets_in", [False, True])
+@pytest.mark.parametrize("cause", [Cause.NEIGHBOUR_LOST, Cause.PLEA])
 def test_one_that_would_lead_and_finds_no_way_is_tried_as_leader_at_once_if_all_are_there(
-    *, lets_in: bool
+    cause: Cause,
 ) -> None:
     there = reports(QUEUE, BEFORE, 2, 3, 4)
-    draft = drafted(lets_in=lets_in)
+    draft = drafted(cause=cause)
     draft.begin(there, {})
     assert not draft.settle(there, sees(driven=(3, 4)))
     settled(draft, there, driven=(3, 4))
@@ -275,7 +275,7 @@ def test_robots_that_have_gone_for_long_are_not_waited_for() -> None:
 
 def test_a_strand_goes_on_as_it_was_if_a_robot_that_asks_to_be_let_in_finds_no_way() -> None:
     there = reports(QUEUE, BEFORE, 1, 2, 3)
-    draft = settled(drafted(lets_in=True), there, driven=(2, 3))
+    draft = settled(drafted(cause=Cause.PLEA), there, driven=(2, 3))
     assert draft.next(there, 0.0, others_may_come_back=True) == Give(4)
     draft.end_turn(4, placed=False)
     assert draft.next(there, 0.0, others_may_come_back=True) == Done()
