@@ -20,11 +20,11 @@ from agents.navigation.certificate import (
     Walls,
     bounds_walls,
     certified_lengths_m,
-    promised_clearance_m,
     scan_walls,
 )
 from agents.navigation.guidance import Map, shown_free
 from agents.navigation.leg import certain_clearance_m_min
+from agents.navigation.record import planned
 from agents.navigation.scan import View, on_discs
 from agents.navigation.step import (
     GAIN_M,
@@ -37,8 +37,8 @@ from agents.navigation.step import (
 )
 from agents.navigation.sure import CLOSER, closer
 from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart, unit_vectors
-from protocol.frames import Point, wrap
-from protocol.mission import CERTIFIED, Mission
+from protocol.frames import wrap
+from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
 from protocol.timeline import StepPlanned
 
@@ -216,26 +216,8 @@ class Joining:
         return Walls.joined(scan.eased(view.position, least_m), discs, *sides)
 
     def _record(self, step: Step, view: View, hulls: Flags) -> StepPlanned:
-        target = step.target(view.position)
         self._steps += 1
         self._way_m += step.length_m
-        promised_m = None
-        if self._mission.promises_clearance:
-            promised_m = promised_clearance_m(view, target, hulls, self._mission)
-        return StepPlanned(
-            step=self._steps,
-            epoch=self._epoch,
-            law=CERTIFIED,
-            x_m=float(view.position[0]),
-            y_m=float(view.position[1]),
-            obstacles=(),  # it does not go by gaps: nothing of them decides
-            gaps=(),
-            gap=None,
-            heading_rad=step.heading_rad,
-            length_m=step.length_m,
-            target=Point(x_m=float(target[0]), y_m=float(target[1])),
-            reach_m=self._way_m,
-            promised_clearance_m=promised_m,
-            cost_to_go_m=step.cost_to_go_m,
-            joins=True,
+        return planned(
+            step, view, hulls, self._mission, number=self._steps, epoch=self._epoch, reach_m=self._way_m
         )

@@ -26,10 +26,11 @@ from functools import cache, partial
 import msgspec
 import numpy as np
 
-from agents.navigation.certificate import Walls, bounds_walls, promised_clearance_m, scan_walls
+from agents.navigation.certificate import Walls, bounds_walls, scan_walls
 from agents.navigation.ground import Ground
 from agents.navigation.guidance import CostToGo, Map
 from agents.navigation.law import Refused, Seen, Why, asked
+from agents.navigation.record import planned
 from agents.navigation.scan import View, on_ground
 from agents.navigation.step import (
     Crossed,
@@ -46,12 +47,11 @@ from agents.navigation.step import (
 from agents.navigation.sure import closer
 from agents.strand.dead_end import way_back_m
 from protocol.arrays import Flags, Floats, xy
-from protocol.frames import Point, Pose
+from protocol.frames import Pose
 from protocol.laws import find
 from protocol.mission import BRIEF_S, Mission
-from protocol.timeline import SeenGap, SeenObstacle, StepPlanned
+from protocol.timeline import StepPlanned
 
-SEEN_MAX = 250  # obstacles and gaps in a timeline entry, which must fit into one message
 WAY_CELLS = 4000  # longer than any way of which a scan shows a part
 EARLIER_MAX = 8  # scans of other places that are kept: some metres of a narrow way
 ROOM_STEPS_MAX = 5  # some steps round a hairpin free no ground behind; steps to and fro never do
@@ -308,48 +308,14 @@ class Leader:
 
     def _record(self, step: Step, sight: Sight, ground: Ground, behind: Flags, epoch: int) -> StepPlanned:
         target = step.target(sight.view.position)
-        passable = set(sight.passable_gaps)
-        promised_m = None
-        if self._mission.promises_clearance:
-            promised_m = promised_clearance_m(sight.view, target, behind, self._mission)
-        return StepPlanned(
-            step=self._steps,
+        reach_m = ground.path.end_m + float(np.hypot(*(target - xy(ground.path.at(ground.path.end_m)))))
+        return planned(
+            step,
+            sight.view,
+            behind,
+            self._mission,
+            number=self._steps,
             epoch=epoch,
-            law=self._mission.law,
-            x_m=float(sight.view.position[0]),
-            y_m=float(sight.view.position[1]),
-            obstacles=tuple(
-                SeenObstacle(
-                    tangent_1=point(obstacle.tangent_1),
-                    tangent_2=point(obstacle.tangent_2),
-                    chord_m=obstacle.chord_m,
-                )
-                for obstacle in sight.obstacles[:SEEN_MAX]
-            ),
-            gaps=tuple(
-                SeenGap(
-                    right=gap.right,
-                    left=gap.left,
-                    width_m=gap.width_m,
-                    delta_rad=gap.delta_rad,
-                    passable=index in passable,
-                )
-                for index, gap in enumerate(sight.gaps[:SEEN_MAX])
-            ),
-            gap=step.gap if step.gap is not None and step.gap < SEEN_MAX else None,
-            heading_rad=step.heading_rad,
-            length_m=step.length_m,
-            target=point(target),
-            reach_m=ground.path.end_m + float(np.hypot(*(target - _path_end(ground)))),
-            promised_clearance_m=promised_m,
-            cost_to_go_m=step.cost_to_go_m,
+            reach_m=reach_m,
+            sight=sight,
         )
-
-
-def _path_end(ground: Ground) -> Floats:
-    return xy(ground.path.at(ground.path.end_m))
-
-
-def point(place: Floats) -> Point:
-    """A point with Python floats, as messages need it."""
-    return Point(x_m=float(place[0]), y_m=float(place[1]))
