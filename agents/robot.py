@@ -96,7 +96,7 @@ class Robot:
     @property
     def links(self) -> Sequence[Link[AheadState] | Link[BehindState]]:
         """Its links to its neighbours in the strand."""
-        return () if self._membership.member is None else self._membership.member.links
+        return () if self._membership.member is None else self._membership.member.strand.links
 
     @property
     def watches(self) -> frozenset[int] | None:
@@ -129,7 +129,7 @@ class Robot:
             case ViewHeard(robot, number, said):
                 return membership.hear(robot, number, said, now_s)
             case LinkHeard():
-                return membership.hear_link(event, now_s)
+                return [] if self.member is None else self.member.hear(event, now_s)
             case TokenCame(robot, incarnation):
                 presence.come(robot, incarnation, now_s)
             case TokensSeen(shown):

@@ -15,8 +15,6 @@ from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import Command, Note, Say
 from agents.coordinating.coordinator import Coordinator
-from agents.due import is_due
-from agents.events import LinkHeard
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
 from agents.membership.assembly import Assembly
@@ -62,7 +60,6 @@ class Membership:
         self._reporter: Reporter | None = None
         self._turns = OwnTurns(life, mission, driver, senses)
         self._assembly = Assembly()
-        self._pleaded_at_s = -float("inf")
         self._own_number = 0
 
     @property
@@ -111,14 +108,7 @@ class Membership:
         if epoch.robot == 0:
             return []
         self._reporter = Reporter(
-            epoch=epoch,
-            life=self._life,
-            mission=self._mission,
-            timing=self._timing,
-            memory=self._memory,
-            past=self._past,
-            places=self._past.places,
-            heard_at_s=now_s,
+            epoch, self._life, self._mission, self._timing, self._memory, self._past, self._past.places, now_s
         )
         if (epoch.robot, epoch.life) == (self._robot, self._life):
             self.coordinator = Coordinator(
@@ -158,10 +148,6 @@ class Membership:
             case _:
                 pass  # from a robot that may not say so
         return []
-
-    def hear_link(self, heard: LinkHeard, now_s: float) -> list[Command]:
-        """Take in a neighbour's link state; it counts only for a member."""
-        return [] if self.member is None else self.member.hear(heard, now_s)
 
     def _hear_plea(self, robot: int, plea: Plea, now_s: float) -> list[Command]:
         member = self.member
@@ -244,13 +230,11 @@ class Membership:
     def _plead(self, now_s: float) -> list[Command]:
         """Ask the leader that odometry names to be let in."""
         self._driver.stand()
-        fence, answer = self._fence, None if self._reporter is None else self._reporter.answer
-        due = is_due(last_s=self._pleaded_at_s, every_s=self._timing.plea_s, now_s=now_s)
-        if fence.may is not May.ALL or fence.robot == self._robot or not due:
+        if self._fence.robot == self._robot:
             return []
-        self._pleaded_at_s = now_s
-        stranded = answer is not None and answer.stranded
-        return [Say(fence.robot, Plea(epoch=fence.epoch, life=self._life, stranded=stranded))]
+        answer = None if self._reporter is None else self._reporter.answer
+        plea = Plea(epoch=self._fence.epoch, life=self._life, stranded=answer is not None and answer.stranded)
+        return self._pleas.ask(plea, self._fence, now_s)
 
     def _deliver(self, commands: Iterable[Command], now_s: float) -> list[Command]:
         """Rule 3: what a coordinator says to itself arrives at once."""

@@ -34,9 +34,9 @@ class Past:
         """After a strand; a robot that did not stand at its place in it has no place on its path."""
         formation = member.formation
         berth = Berth(
-            formation.epoch, formation.rank, member.progress_m, member.path, behind_m=member.behind_m
+            formation.epoch, formation.rank, member.progress_m, member.path, behind_m=member.strand.behind_m
         )
         places = self.places.with_berth(berth, moved=member.has_moved) if member.fits else Places()
-        neighbours = {**self.neighbours, **member.neighbours}
-        usual_s = max((link.usual_s for link in member.links), default=self.usual_s)
+        neighbours = {**self.neighbours, **member.strand.neighbours}
+        usual_s = max((link.usual_s for link in member.strand.links), default=self.usual_s)
         return type(self)(places, member.counters, formation.epoch, member.arrived, neighbours, usual_s)

@@ -9,21 +9,34 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from agents.commands import Command, Say
+from agents.due import is_due
 from agents.liveness.raising import Reason
 from agents.liveness.timing import Timing
-from protocol.fence import Cause
+from protocol.fence import Cause, Fence, May
+from protocol.wire.view import Plea
 
 STOP_S = 5.0  # two steps of a strand in the open
 
 
 @dataclass(slots=True)
 class Pleas:
-    """What one robot has been asked for, and whom it has let in."""
+    """What one robot has asked for, what it has been asked for, and whom it has let in."""
 
     timing: Timing
     _asked: dict[int, float] = field(default_factory=dict)
     _let_in: Counter[int] = field(default_factory=Counter)
     _not_before_s: dict[int, float] = field(default_factory=dict)
+    _said_at_s: float = -float("inf")
+
+    def ask(self, plea: Plea, fence: Fence, now_s: float) -> list[Command]:
+        """Ask the leader that odometry names to be let in, if it is time."""
+        if fence.may is not May.ALL or not is_due(
+            last_s=self._said_at_s, every_s=self.timing.plea_s, now_s=now_s
+        ):
+            return []
+        self._said_at_s = now_s
+        return [Say(fence.robot, plea)]
 
     def forget(self) -> None:
         """There is a new view: who wants to be let in asks again."""

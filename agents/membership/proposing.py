@@ -101,7 +101,7 @@ class Proposing:
         wish, plea = member.wish, self._pleas.reason(now_s, stands=not odometry.moving)
         if wish is not None and (plea is None or wish.cause not in {Cause.DEAD_END, Cause.NO_WAY}):
             return Reason(wish.cause, wish.why, wish.about)
-        for link in member.links:
+        for link in member.strand.links:
             how = self._suspicion.why_lost(link, now_s)
             if how is not None:
                 return Reason(Cause.NEIGHBOUR_LOST, f"robot {link.neighbour} is lost", link.neighbour, how)
@@ -155,8 +155,8 @@ class Proposing:
             case Reason(Cause.BLOCKED, about=blocked):
                 return [Note(StrandDissolved(epoch=epoch, blocked=blocked or self._robot))]
             case Reason(Cause.NEIGHBOUR_LOST, about=int(neighbour), how=how):
-                link = next(link for link in member.links if link.neighbour == neighbour)
-                others = [other for other in member.links if other is not link]
+                link = next(link for link in member.strand.links if link.neighbour == neighbour)
+                others = [other for other in member.strand.links if other is not link]
                 if how == "silence" and not any(other.silent for other in others):
                     self._suspicion.blame(neighbour, now_s)
                 silent_s = link.silent_s(now_s)

@@ -5,6 +5,9 @@ Rule 2: it checks each segment against a scan of its own. Where obstacles move, 
         It does not on the robot's own leg, nor, if robots are left out, on any path that the formation has
         laid.
 Rule 3: after a clear check it drives in the same event.
+Rule 4: a follower drives as far as its authority, whether or not its links are silent; without authority it
+        stands. The tail of a strand that has turned round comes back only as far as the formation says.
+Rule 5: a follower has arrived when the robot ahead has, and there is nothing left to drive.
 """
 
 import math
@@ -17,6 +20,7 @@ from agents.strand.follower import Follower
 from agents.strand.strand import Strand
 from protocol.mission import Mission
 from protocol.path import THERE_M
+from protocol.timeline import RobotArrived
 
 
 class Advance:
@@ -29,6 +33,11 @@ class Advance:
         self._follower = follower
         self.kept_back_at_s = math.inf
         """Since when it has stood because robots behind are in the way."""
+
+    @property
+    def refused_at_s(self) -> float:
+        """Since when the next segment has not been clear."""
+        return self._follower.refused_at_s
 
     def along(
         self, strand: Strand, authority_m: float, now_s: float, *, final: bool
@@ -91,3 +100,34 @@ class Advance:
             self._senses.look_closer(scan)
             return self._senses.ask(now_s)
         return [Note(checked)]
+
+
+class Following:
+    """The state of a robot that follows."""
+
+    def __init__(self, driver: Driver, strand: Strand, advance: Advance) -> None:
+        self._driver = driver
+        self._strand = strand
+        self._advance = advance
+        self._arrived = False
+
+    @property
+    def arrived(self) -> bool:
+        """Rule 5."""
+        return self._arrived
+
+    def act(self, now_s: float) -> list[Command]:
+        """Drive on."""
+        strand = self._strand
+        state = None if strand.ahead is None else strand.ahead.state
+        if state is None:
+            return []
+        authority_m, final = strand.authority_m, state.arrived
+        if strand.behind is None and strand.back_by_m > 0.0:
+            final = authority_m >= strand.back_by_m
+            authority_m = min(authority_m, strand.back_by_m)
+        commands, there = self._advance.along(strand, authority_m, now_s, final=final)
+        if there and state.arrived and not self._arrived:
+            self._arrived = True
+            commands.append(Note(RobotArrived(progress_m=self._driver.progress_m)))
+        return commands

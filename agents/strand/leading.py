@@ -167,9 +167,7 @@ class Leading:
     @property
     def _off_path_m(self) -> float:
         path = self._strand.path
-        end = path.at(path.end_m)
-        x_m, y_m = self._position()
-        return math.hypot(x_m - end.x_m, y_m - end.y_m)
+        return math.dist(self._position(), xy(path.at(path.end_m)))
 
     def _carry_out(self, planned: Plan, now_s: float) -> list[Command]:
         self._wish = None

@@ -5,10 +5,6 @@ Rule 1 (safety, F4 and F5 of docs/strand.md): a robot gives orders and tells lin
 Rule 2 (safety): where obstacles move, a robot looks while it drives (`agents.body.watch`).
 Rule 3 (liveness): the stretch rule. A robot waits while the robot behind, as last heard, is too far behind
         what it has been granted. A robot that backs up does not wait for those that will not come further.
-Rule 4 (liveness): a robot whose way has been blocked for too long wants the strand to dissolve. After
-        `DISSOLVED_MAX` times the route is lost, and the leader says so. It does so at once in a strand that
-        has dissolved once more because another robot was blocked. A block that goes away before the fence has
-        risen changes nothing.
 """
 
 import math
@@ -17,19 +13,19 @@ from msgspec.structs import replace
 
 from agents.body.driver import Driver
 from agents.body.senses import Senses
-from agents.body.watch import STILL_S_MAX, Watch
+from agents.body.watch import Watch
 from agents.commands import Command, Note
 from agents.events import LinkHeard
-from agents.strand.advance import Advance
+from agents.strand.advance import Advance, Following
+from agents.strand.blocked import Blocked
 from agents.strand.follower import Follower
-from agents.strand.following import Following
 from agents.strand.leading import SETTLED_S, Leading
 from agents.strand.memory import Memory
+from agents.strand.news import Own
 from agents.strand.reversing import Reversing
-from agents.strand.strand import Own, Strand
+from agents.strand.strand import Strand
 from agents.strand.wish import Wish
 from protocol.fence import Bearing, Cause
-from protocol.frames import Point
 from protocol.mission import Mission
 from protocol.path import Path
 from protocol.timeline import (
@@ -40,13 +36,9 @@ from protocol.timeline import (
     StrandHealed,
     StrandJoined,
 )
-from protocol.wire.link import Link
-from protocol.wire.messages import AheadState, BehindState
 from protocol.wire.view import Counters, Formation
 
 RELEASE_SHARE = 0.9  # of the link's length: so that a robot at the limit does not stop and go
-BLOCKED_S = 5.0  # five checks; on ground where nothing moves only a robot out of its place goes away
-DISSOLVED_MAX = 8  # in all: every time may undo what the time before has done
 GROWN_M_MIN = 0.1  # of the path, worth telling
 
 
@@ -67,19 +59,10 @@ class Member:
         now_s: float,
         usual_s: float = 0.0,
     ) -> None:
-        """Take a place in a strand.
+        """Take a place in a strand, under the formation's fence; `path` is all of it, as told.
 
-        Args:
-            robot: this robot.
-            life: its own.
-            mission: what all robots are told.
-            driver: the robot's own; it begins at the place, under the formation's fence.
-            senses: likewise.
-            memory: what outlives a strand.
-            formation: any piece of it.
-            path: all of its path, as told; it grows from here on.
-            now_s: the time.
-            usual_s: the mean time between two states of a neighbour, in the last strand.
+        `formation` is any of its pieces. `memory` outlives a strand, and so does `usual_s`: the mean time
+        between two states of a neighbour.
         """
         self._robot = robot
         self._mission = mission
@@ -91,9 +74,10 @@ class Member:
         memory.take(formation)
         self._strand = Strand(robot, formation, path, mission, now_s, usual_s=usual_s)
         left_out = formation.members < mission.robots
-        self._follower = Follower(mission, formation.s_m, some_are_left_out=left_out)
-        self._advance = Advance(mission, driver, senses, self._follower)
+        follower = Follower(mission, formation.s_m, some_are_left_out=left_out)
+        self._advance = Advance(mission, driver, senses, follower)
         self._watch = Watch(mission, driver, senses)
+        self._blocked = Blocked(mission, self._strand, self._advance, self._watch)
         self._leading = Leading(mission, driver, senses, memory, self._strand)
         self._reversing = Reversing(driver, self._strand, self._advance, self._leading)
         self._following = Following(driver, self._strand, self._advance)
@@ -125,14 +109,9 @@ class Member:
         return self._wish
 
     @property
-    def links(self) -> tuple[Link[AheadState] | Link[BehindState], ...]:
-        """Its links to its neighbours."""
-        return self._strand.links
-
-    @property
-    def neighbours(self) -> dict[int, Point]:
-        """Where its neighbours were when it last heard them."""
-        return self._strand.neighbours
+    def strand(self) -> Strand:
+        """Its links, its authority, and what it has granted."""
+        return self._strand
 
     @property
     def path(self) -> Path:
@@ -143,21 +122,6 @@ class Member:
     def progress_m(self) -> float:
         """Where along the path it is now."""
         return min(self._driver.progress_m, self.path.end_m)
-
-    @property
-    def authority_m(self) -> float:
-        """How far along the path it may drive."""
-        return self._strand.authority_m
-
-    @property
-    def granted_m(self) -> float:
-        """How far along the path the robot behind may drive."""
-        return self._strand.grants.granted_m
-
-    @property
-    def behind_m(self) -> float | None:
-        """Where the robot behind was last heard; None: there is none."""
-        return None if self._strand.behind is None else self._strand.grants.behind_m
 
     @property
     def holds(self) -> bool:
@@ -274,21 +238,12 @@ class Member:
             self._wish = self._reversing.wish if self._backs_up else self._leading.wish
         if self._wish is not None or self._lost:
             return []
-        is_blocked = self._is_blocked(now_s)
-        if self.leads and self._formation.counters.dissolved >= DISSOLVED_MAX + (not is_blocked):
+        is_blocked = not self._held and self._blocked.is_so(now_s, backs_up=self._backs_up)
+        if self.leads and self._blocked.has_lost(is_blocked=is_blocked):
             self._lost = True
             return [
                 Note(RouteLost(reason="a way is blocked, and the strand has dissolved too often in vain"))
             ]
         if is_blocked:
-            why = f"the way of robot {self._robot} is blocked"
-            self._wish = Wish(Cause.BLOCKED, why, about=self._robot)
+            self._wish = self._blocked.wish
         return []
-
-    def _is_blocked(self, now_s: float) -> bool:
-        """Rule 4; one that backs up may also be kept back by robots behind it that have come to stand."""
-        stopped_at_s = min(self._follower.refused_at_s, self._watch.still_since_s)
-        patience_s = STILL_S_MAX if self._mission.obstacles_move else BLOCKED_S
-        if self._backs_up and self._strand.quiet_s >= patience_s:
-            stopped_at_s = min(stopped_at_s, self._advance.kept_back_at_s)
-        return not self._held and now_s - stopped_at_s >= patience_s

@@ -12,15 +12,13 @@ Rule 3 (liveness): what is granted (`agents.strand.grants`), and all other news,
 Rule 4: the leader's handover goes from each robot to the one behind until that has acknowledged it.
 """
 
-from typing import NamedTuple
-
 from msgspec.structs import replace
 
-from agents.commands import Command, Note, Tell
-from agents.due import is_due
+from agents.commands import Command, Note
 from agents.events import LinkHeard
-from agents.strand.grants import GRANT_M_MIN, Grants, may_be_seen
+from agents.strand.grants import Grants, may_be_seen
 from agents.strand.growth import Growth
+from agents.strand.news import News, Own
 from agents.strand.plausible import WRONG_SIDE, refused, wrong_ahead, wrong_behind
 from protocol.arrays import Floats
 from protocol.fence import Epoch
@@ -30,22 +28,8 @@ from protocol.path import THERE_M, Path
 from protocol.timeline import LinkHeard as LinkHeardAgain
 from protocol.timeline import LinkSilent
 from protocol.wire.link import Link
-from protocol.wire.messages import AheadState, BehindState, Handover
+from protocol.wire.messages import AheadState, BehindState
 from protocol.wire.view import Counters, Formation
-
-TOLD_VERTICES_MAX = 256  # a message's share of a long path; the rest follows when this has been acknowledged
-URGENT_S = 0.1  # an odometry: so often a robot speaks while there is news, or while a neighbour is silent
-NEWS_S = 0.5  # news for so long: six messages, of which one arrives in 98 % of cases at 50 % loss
-
-
-class Own(NamedTuple):
-    """What a robot tells its neighbours of itself."""
-
-    progress_m: float
-    stands: bool
-    arrived: bool
-    handed: Handover
-    """The newest handover that it has."""
 
 
 class Strand:
@@ -67,7 +51,6 @@ class Strand:
         self.path = path
         self.laid_m = path.end_m
         """Length of the path when the epoch began."""
-        self._known_by_all = len(path)
         self._back_by_m = formation.back_by_m
         self.ahead: Link[AheadState] | None = None
         self.behind: Link[BehindState] | None = None
@@ -93,8 +76,7 @@ class Strand:
         )
         self.growth = Growth(path, mission)
         self.authority_m = self.laid_m if self.ahead is None else formation.s_m
-        self._told_at_s = self._news_at_s = -float("inf")
-        self._told: tuple[object, ...] = ()
+        self._news = News(formation, path, mission, self.grants, ahead=self.ahead, behind=self.behind)
         self._moved_s = now_s
 
     @property
@@ -142,6 +124,11 @@ class Strand:
         return self._ahead_start_m if state is None else state.progress_m
 
     @property
+    def behind_m(self) -> float | None:
+        """Where the robot behind was last heard; None: there is none."""
+        return None if self.behind is None else self.grants.behind_m
+
+    @property
     def neighbours(self) -> dict[int, Point]:
         """Where the neighbours were last heard."""
         at_m = [(self.ahead, self._ahead_m), (self.behind, self.grants.behind_m)]
@@ -167,10 +154,6 @@ class Strand:
         if self.behind is None:
             return float("inf")
         return max(0.0, self.behind.heard_at_s - self._moved_s)
-
-    @property
-    def _all_stand_behind(self) -> bool:
-        return self.behind is None or (self.behind.state is not None and self.behind.state.stand)
 
     # --- hearing ------------------------------------------------------------------------------------
 
@@ -228,61 +211,6 @@ class Strand:
     # --- telling ------------------------------------------------------------------------------------
 
     def tell(self, own: Own, now_s: float) -> list[Command]:
-        """Rule 3: grant what has become free; tell both neighbours if there is news or a heartbeat due."""
-        commands = self.grants.grant(self.growth, progress_m=own.progress_m, arrived=own.arrived)
-        news = (
-            self.grants.granted_m,
-            len(self.path),
-            round(own.progress_m / GRANT_M_MIN),
-            own.arrived,
-            own.handed.number,
-            self.back_by_m > 0.0,
-        )
-        if news != self._told:
-            self._news_at_s = now_s
-        elif not is_due(last_s=self._told_at_s, every_s=self._tell_s(now_s), now_s=now_s):
-            return commands
-        self._told, self._told_at_s = news, now_s
-        if self.behind is not None:
-            commands.append(Tell(self.behind.neighbour, self._ahead_state(self.behind, own, now_s)))
-        if self.ahead is not None:
-            commands.append(Tell(self.ahead.neighbour, self._behind_state(own, now_s)))
-        return commands
-
-    def _tell_s(self, now_s: float) -> float:
-        """How often to speak: a neighbour that is not heard may not hear this robot either."""
-        heartbeat_s = self._mission.heartbeat_s
-        if now_s - self._news_at_s < NEWS_S:
-            return URGENT_S
-        is_settled = all(link.silent_s(now_s) <= 2.5 * heartbeat_s for link in self.links)
-        return heartbeat_s if is_settled else URGENT_S
-
-    def _ahead_state(self, behind: Link[BehindState], own: Own, now_s: float) -> AheadState:
-        # The last that is known is told again: it may have moved on.
-        path_from = max((behind.state.vertices if behind.state else self._known_by_all) - 1, 0)
-        has = behind.state.handed if behind.state is not None else own.handed.number
-        return AheadState(
-            epoch=self.epoch,
-            life=self._formation.life,
-            t_s=now_s,
-            path_from=path_from,
-            path=self.path.told_from(path_from, TOLD_VERTICES_MAX),
-            progress_m=own.progress_m,
-            authority_m=self.grants.granted_m,
-            arrived=own.arrived,
-            vertices=len(self.path),
-            backs_up=self.back_by_m > 0.0,
-            handed=own.handed if has < own.handed.number else None,
-        )
-
-    def _behind_state(self, own: Own, now_s: float) -> BehindState:
-        return BehindState(
-            epoch=self.epoch,
-            life=self._formation.life,
-            t_s=now_s,
-            handed=own.handed.number,
-            vertices=len(self.path),
-            progress_m=own.progress_m,
-            tail_progress_m=min(self.grants.tail_m if self.behind else own.progress_m, own.progress_m),
-            stand=own.stands and self._all_stand_behind,
-        )
+        """Rule 3: grant what has become free, and tell the neighbours."""
+        granted = self.grants.grant(self.growth, progress_m=own.progress_m, arrived=own.arrived)
+        return granted + self._news.tell(own, now_s, backs_up=self.back_by_m > 0.0)

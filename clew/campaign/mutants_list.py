@@ -154,9 +154,9 @@ MUTANTS = (
     _mutant(
         "acknowledges-unheard",
         "the robot behind acknowledges only the vertices that it knows",
-        "agents/strand/strand.py",
-        "            handed=own.handed.number,\n            vertices=len(self.path),\n",
-        "            handed=own.handed.number,\n            vertices=len(self.path) + 2,\n",
+        "agents/strand/news.py",
+        "            handed=own.handed.number,\n            vertices=len(self._path),\n",
+        "            handed=own.handed.number,\n            vertices=len(self._path) + 2,\n",
     ),
     _mutant(
         "number-one-again",
@@ -191,7 +191,7 @@ MUTANTS = (
     _mutant(
         "arrives-on-its-way",
         "A2: a robot that has arrived stands, with the way up to the robot ahead behind it",
-        "agents/strand/following.py",
+        "agents/strand/advance.py",
         "        if there and state.arrived and not self._arrived:\n",
         "        if state.arrived and not self._arrived:\n",
     ),

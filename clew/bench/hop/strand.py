@@ -9,7 +9,7 @@ from collections.abc import Mapping
 
 from agents.robot import Robot
 from agents.strand.member import Member
-from agents.strand.strand import TOLD_VERTICES_MAX
+from agents.strand.news import TOLD_VERTICES_MAX
 from clew.bench.forming import SEED, queue
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.exit_codes import ExitCode

@@ -3,7 +3,8 @@
 from collections.abc import Mapping, Sequence
 
 from agents.commands import Command, Note, Tell
-from agents.strand.strand import Own, Strand
+from agents.strand.news import Own
+from agents.strand.strand import Strand
 from protocol.fence import Epoch, Fence, May
 from protocol.frames import Point, Pose, Vertex
 from protocol.path import Path, straightened

@@ -94,7 +94,7 @@ class Stage:
         """The leader plans some step; which one does not matter here."""
         self.leader.count_on(self.leader.steps + 1)
         self.leader.map.remember(np.array([[float(self.leader.steps), 1.0]]))
-        (behind,) = self.members[LEADER].links
+        (behind,) = self.members[LEADER].strand.links
         acknowledged = behind.state.handed if isinstance(behind.state, BehindState) else 0
         self.memories[LEADER].hand_on(acknowledged)
         self.handed_on.append(self.memories[LEADER].handover)

@@ -5,10 +5,10 @@ from msgspec.structs import replace
 
 from agents.commands import AskScan, Note
 from agents.events import LinkHeard
+from agents.strand.blocked import BLOCKED_S, DISSOLVED_MAX
 from agents.strand.grants import FRESH_HEARTBEATS
 from agents.strand.leader import DeadEnd, Leader
 from agents.strand.leading import TURNS_MAX
-from agents.strand.member import BLOCKED_S, DISSOLVED_MAX
 from agents.strand.wish import Turnabout
 from protocol.fence import Cause
 from protocol.frames import Point, Vertex
@@ -73,7 +73,7 @@ def test_a_robot_drives_on_its_authority_though_its_link_is_silent() -> None:
     stage.run(3.0)
     before_m, stage.cut_off = stage.members[3].progress_m, {3}
     stage.run(MISSION.silence_s + 2.0)
-    assert [link.silent for link in stage.members[3].links] == [True]
+    assert [link.silent for link in stage.members[3].strand.links] == [True]
     stands_m = stage.members[3].progress_m
     assert stands_m > before_m + 0.05
     stage.run(5.0)

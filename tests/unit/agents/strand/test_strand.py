@@ -7,7 +7,8 @@ from agents.commands import Note, Tell
 from agents.events import LinkHeard
 from agents.strand.grants import GRANT_M_MIN
 from agents.strand.leader import Leader
-from agents.strand.strand import NEWS_S, URGENT_S, Strand
+from agents.strand.news import NEWS_S, URGENT_S
+from agents.strand.strand import Strand
 from protocol.fence import Epoch
 from protocol.frames import Point, Pose, Vertex
 from protocol.timeline import LinkHeard as LinkHeardAgain

@@ -1,0 +1,46 @@
+"""When a robot's way in the strand counts as blocked, and what it wants then. Liveness.
+
+Rule 1: a robot whose way has been blocked for too long wants the strand to dissolve. One that waits for the
+        robot behind is not blocked. One that backs up may also be kept back by robots behind it that have
+        come to stand. A block that goes away before the fence has risen changes nothing.
+Rule 2: after `DISSOLVED_MAX` times the route is lost, and the leader says so. It does so at once in a strand
+        that has dissolved once more because another robot was blocked.
+"""
+
+from agents.body.watch import STILL_S_MAX, Watch
+from agents.strand.advance import Advance
+from agents.strand.strand import Strand
+from agents.strand.wish import Wish
+from protocol.fence import Cause
+from protocol.mission import Mission
+
+BLOCKED_S = 5.0  # five checks; on ground where nothing moves only a robot out of its place goes away
+DISSOLVED_MAX = 8  # in all: every time may undo what the time before has done
+
+
+class Blocked:
+    """Whether one robot of a strand is blocked."""
+
+    def __init__(self, mission: Mission, strand: Strand, advance: Advance, watch: Watch) -> None:
+        self._strand = strand
+        self._advance = advance
+        self._watch = watch
+        self._patience_s = STILL_S_MAX if mission.obstacles_move else BLOCKED_S
+
+    def is_so(self, now_s: float, *, backs_up: bool) -> bool:
+        """Rule 1, of a robot that does not wait."""
+        stopped_at_s = min(self._advance.refused_at_s, self._watch.still_since_s)
+        if backs_up and self._strand.quiet_s >= self._patience_s:
+            stopped_at_s = min(stopped_at_s, self._advance.kept_back_at_s)
+        return now_s - stopped_at_s >= self._patience_s
+
+    def has_lost(self, *, is_blocked: bool) -> bool:
+        """Rule 2, of the leader."""
+        dissolved = self._strand.counters.dissolved
+        return dissolved > DISSOLVED_MAX or (is_blocked and dissolved == DISSOLVED_MAX)
+
+    @property
+    def wish(self) -> Wish:
+        """What it wants when it is blocked."""
+        robot = self._strand.robot
+        return Wish(Cause.BLOCKED, f"the way of robot {robot} is blocked", about=robot)
