@@ -23,9 +23,9 @@ Rule 1: what is nearer than that between two rays is free. This is a property of
         costs little, however sharp a corner is anywhere else.
 Rule 2: a hit may be wrong by the range error, along its ray. A range-limit point counts as a hit.
 Rule 3: rays from other places narrow that further (`agents/navigation/crossing.py`).
-Rule 4: of a robot's body, a disc, gamma is a right angle: what lies in the triangle P A B is less than half of
-        the disc, since the whole fits between no two rays (premise 2), and from the arc of such a part its
-        chord is seen at a right angle or more.
+Rule 4: of a robot's body, a disc, gamma is a right angle: less than half of the disc lies in the triangle
+        P A B, since the whole fits between no two rays (premise 2), and from the arc of such a part its chord
+        is seen at a right angle or more.
 Rule 5: nothing else is taken from the world: the bound holds with any shapes that keep both premises.
 """
 
