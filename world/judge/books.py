@@ -11,6 +11,8 @@ Rule 5: every key is compared by itself: a message too many on one key does not 
         on another. What a receiver counted as removed by faults must be what it recorded, fault by fault.
 Rule 6: the recorder's keys are not in the books: its entries have their own numbers, re-sending and check of
         completeness. Queries are not in the books either.
+Rule 7: the books on which most is unaccounted for are named. A link that is down shows there: on all keys of
+        one process, or of all.
 """
 
 from collections import Counter
@@ -23,7 +25,7 @@ from msgspec import Struct
 from protocol.keys import WORLD, robot_number
 
 TAKES_AWAY = ("drop", "partition", "corrupt")  # other faults leave a valid message
-DISAGREEMENTS_MAX = 20  # named in the verdict
+DISAGREEMENTS_MAX = LOST_MAX = 20  # named in the verdict
 
 Book = tuple[str, str]
 """A key, and one of its receivers."""
@@ -46,6 +48,8 @@ class Messages(Struct, frozen=True, kw_only=True):
     """Books whose two sides, or whose counts and entries, contradict each other (rule 5); the first ones."""
     injected_left_out: dict[str, int] = {}
     """Messages of those books that a fault plan is known to have removed, by fault; not in `injected`."""
+    unaccounted_on: dict[str, int] = {}
+    """Of `unaccounted`: how many on which books, as in `left_out`, most first; the first ones."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,7 +75,8 @@ def balance(
         accounts: the account of each source.
         removed: recorded removals by fault plans, by book and fault.
     """
-    sent = received = refused = unaccounted = 0
+    sent = received = refused = 0
+    unaccounted: Counter[str] = Counter()
     disagreements: list[str] = []
     injected: Counter[str] = Counter()
     elsewhere: Counter[str] = Counter()
@@ -94,7 +99,7 @@ def balance(
         wanting = max(0, sent_here - received_here - away.total())
         refused_here = min(wanting, heard.refused.get(key, 0))
         sent, received, refused = sent + sent_here, received + received_here, refused + refused_here
-        unaccounted += wanting - refused_here
+        unaccounted[f"{key} > {receiver}"] = wanting - refused_here
         injected.update(away)
         disagreements += (
             f"{key} > {receiver}: {each}"
@@ -110,10 +115,11 @@ def balance(
         received=received,
         injected=dict(sorted((+injected).items())),
         refused=refused,
-        unaccounted=unaccounted,
+        unaccounted=unaccounted.total(),
         disagreements=tuple(disagreements[:DISAGREEMENTS_MAX]),
         left_out=tuple(left_out),
         injected_left_out=dict(sorted(elsewhere.items())),
+        unaccounted_on=dict((+unaccounted).most_common(LOST_MAX)),
     )
 
 

@@ -78,6 +78,17 @@ def test_messages_of_views_and_to_the_fence_are_in_the_books() -> None:
     assert (messages.sent, messages.received, messages.unaccounted) == (7, 4, 3)
 
 
+def test_the_books_on_which_most_was_lost_are_named_most_first() -> None:
+    links = {f"link/r1/r{robot}": robot for robot in range(2, 30)}
+    lost = books(r1=account(sent=links), **{f"r{robot}": account() for robot in range(2, 30)})
+    assert lost.unaccounted == sum(range(2, 30))
+    assert list(lost.unaccounted_on.items())[:2] == [("link/r1/r29 > r29", 29), ("link/r1/r28 > r28", 28)]
+    assert len(lost.unaccounted_on) == 20
+    assert (
+        books(r1=account(sent={"link/r1/r2": 1}), r2=account(received={"link/r1/r2": 1})).unaccounted_on == {}
+    )
+
+
 def test_what_the_operator_puts_is_in_no_book() -> None:
     stop = "body/fence/0"
     messages = books(world=account(received={stop: 2}, newest={stop: 2}))
