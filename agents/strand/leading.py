@@ -50,12 +50,11 @@ class Leading:
         self._memory = memory
         self._strand = strand
         self._step: StepPlanned | None = None
-        self._gives_up = False
+        self._gives_up = self._lost = self._arrived = False
         self._given_up = 0
         """Steps given up in this epoch."""
         self._plans_again_s = -math.inf
         self._stuck_at_s = math.inf
-        self._lost = self._arrived = False
         self._wish: Wish | None = None
 
     @property
@@ -75,9 +74,7 @@ class Leading:
 
     def act(self, now_s: float) -> list[Command]:
         """Drive the step in hand to its end, then plan the next one."""
-        if self._lost or self._arrived or not self._driver.standing:
-            return []
-        if self._drives_on():
+        if self._lost or self._arrived or not self._driver.standing or self._drives_on():
             return []
         if self._gives_up and self._step is not None:
             self._plans_again_s = now_s + self._back_off_s()
@@ -151,7 +148,7 @@ class Leading:
             ground,
             epoch=strand.number,
             settled=strand.quiet_s >= SETTLED_S,
-            bodies_may_move=self._some_are_left_out,
+            bodies_may_move=self._has_lost_some,
             all_stand=now_s - self._stuck_at_s >= STANDS_S,
         )
         if room_m is not None and isinstance(planned, StepPlanned):
@@ -221,8 +218,7 @@ class Leading:
         """Rule 3."""
         led = self._strand.counters.led_in_vain
         is_sure = self._strand.robot in led or (everywhere and self._some_are_left_out and len(led) > 0)
-        lost_some = self._strand.counters.heals > 0 or self._some_are_left_out
-        if not lost_some or is_sure or len(led) + 1 >= min(LEADERS_MAX, self._mission.robots):
+        if not self._has_lost_some or is_sure or len(led) + 1 >= min(LEADERS_MAX, self._mission.robots):
             return self._lose(reason)
         self._wish = Wish(Cause.NO_WAY, reason)
         return []
@@ -234,6 +230,11 @@ class Leading:
     @property
     def _some_are_left_out(self) -> bool:
         return self._strand.members < self._mission.robots
+
+    @property
+    def _has_lost_some(self) -> bool:
+        """Whether the fleet has left robots out, now or in a former strand: maps may show their bodies."""
+        return self._some_are_left_out or self._strand.counters.heals > 0
 
     def _arrive(self) -> list[Command]:
         if self._arrived:

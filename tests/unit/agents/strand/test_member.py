@@ -5,6 +5,7 @@ from msgspec.structs import replace
 
 from agents.commands import AskScan, Note
 from agents.events import LinkHeard
+from agents.navigation.step import NoStep
 from agents.strand.blocked import BLOCKED_S, DISSOLVED_MAX
 from agents.strand.grants import FRESH_HEARTBEATS
 from agents.strand.leader import DeadEnd, Leader
@@ -226,6 +227,22 @@ def test_a_leader_that_knows_no_way_on_after_a_loss_wants_another_to_lead_unless
     assert (None if wish is None else wish.cause) == cause
     assert len(stage.records(RouteLost)) == (cause is None)
     assert counters.led_in_vain == ((*in_vain, 1) if cause is not None else in_vain)
+
+
+@pytest.mark.parametrize("heals", [0, 1])
+def test_after_a_loss_a_leader_counts_with_traces_of_bodies_in_its_map(
+    heals: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[bool] = []
+
+    def planned(*_: object, bodies_may_move: bool, **__: object) -> NoStep:
+        asked.append(bodies_may_move)
+        return NoStep("a test")
+
+    monkeypatch.setattr(Leader, "plan", planned)
+    stage = MemberStage(MISSION, row(3), ORDER, counters=Counters(heals=heals))
+    stage.run(1.0)
+    assert set(asked) == {heals > 0}
 
 
 # --- turning round --------------------------------------------------------------------------------------
