@@ -3,15 +3,17 @@
 Rule 1: the leader has no clock, so it is timed from outside: its functions are wrapped while scenarios are
         measured, and restored afterwards.
 Rule 2: a part is the time of its functions; of nested functions only the outermost counts.
-Rule 3: the textbook planner plans on each scan right after the leader.
+Rule 3: the textbook planner, and the peers that are installed, plan on each scan right after the leader.
+Rule 4: a peer chooses velocities for a period. What it drives in that is its metres: for a metre it plans as
+        often as it would in a run.
 """
 
 import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 from msgspec import Struct
 
@@ -22,6 +24,7 @@ from clew.bench.result import Aim, Figure, figure
 from clew.bench.textbook import Textbook
 from clew.percentiles import percentile
 from clew.rehearsal.rehearsal import Rehearsal
+from protocol.mission import Mission
 from protocol.timeline import StepPlanned
 from world.scenario.scenario import Scenario
 
@@ -51,6 +54,14 @@ class Spread(Struct, frozen=True, kw_only=True):
     max_ms: float
 
 
+class PeerFigures(Struct, frozen=True, kw_only=True):
+    """How long a peer's plans took on the same scans."""
+
+    cpu: Spread
+    ms_per_m: float
+    """As `plan_ms_per_m`, for what it drives until its next plan."""
+
+
 class PlanFigures(Struct, frozen=True, kw_only=True):
     """How long plans took."""
 
@@ -68,6 +79,18 @@ class PlanFigures(Struct, frozen=True, kw_only=True):
     plan_ms_per_m: float
     """CPU time of all plans for a metre of that; infinite, that is null, where there is none."""
     textbook_ms_per_m: float
+    peers: Mapping[str, PeerFigures] = {}
+
+
+class Planner(Protocol):
+    """A peer, made for a mission with a goal."""
+
+    def plan(self, view: View) -> float:
+        """Plan on a scan; returns how far the robot drives until its next plan [m]."""
+        ...
+
+
+Peers = Mapping[str, Callable[[Mission], Planner]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +103,8 @@ class Sample:
     textbook_s: float
     step_m: float = 0.0
     """The length of the step that was planned; 0: none was."""
+    peers: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """How long each peer's plan took [s], and how far the peer drives until its next plan [m]."""
 
 
 class Stopwatch:
@@ -106,9 +131,10 @@ class Stopwatch:
         return call
 
 
-def samples(scenario: Scenario, *, cpu: Clock, wall: Clock) -> list[Sample]:
+def samples(scenario: Scenario, *, cpu: Clock, wall: Clock, peers: Peers | None = None) -> list[Sample]:
     """Rehearse a scenario with a goal, and time each plan of its leader."""
     found: list[Sample] = []
+    planners = {name: make(scenario.mission()) for name, make in (peers or {}).items()}
     textbook, stopwatch, plan = Textbook(scenario.mission()), Stopwatch(cpu), leader.Leader.plan
 
     def timed_plan(
@@ -122,9 +148,11 @@ def samples(scenario: Scenario, *, cpu: Clock, wall: Clock) -> list[Sample]:
         planned = plan(self, view, *arguments, **options)
         cpu_s, wall_s, since_cpu_s = cpu() - since_cpu_s, wall() - since_wall_s, cpu()
         textbook.plan(view)
+        textbook_s = cpu() - since_cpu_s
         parts_s = {part: stopwatch.spent_s[part] for part in PARTS}
         step_m = planned.length_m if isinstance(planned, StepPlanned) else 0.0
-        found.append(Sample(cpu_s, wall_s, parts_s, cpu() - since_cpu_s, step_m))
+        beside = {name: peer_plan(planner, view, cpu) for name, planner in planners.items()}
+        found.append(Sample(cpu_s, wall_s, parts_s, textbook_s, step_m, beside))
         return planned
 
     with ExitStack() as wrapped:
@@ -137,6 +165,13 @@ def samples(scenario: Scenario, *, cpu: Clock, wall: Clock) -> list[Sample]:
     return found
 
 
+def peer_plan(planner: Planner, view: View, cpu: Clock) -> tuple[float, float]:
+    """How long a peer's plan takes [s], and how far the peer drives until its next plan [m]."""
+    since_s = cpu()
+    driven_m = planner.plan(view)
+    return cpu() - since_s, driven_m
+
+
 def figures(scenes: Sequence[str], measured: Sequence[Sample]) -> PlanFigures:
     """Figures of the samples, of which there is at least one."""
     plan, textbook = (
@@ -144,39 +179,52 @@ def figures(scenes: Sequence[str], measured: Sequence[Sample]) -> PlanFigures:
         _spread([each.textbook_s for each in measured]),
     )
     driven_m = sum(each.step_m for each in measured)
-
-    def per_m(time_s: float) -> float:
-        return MS_PER_S * time_s / driven_m if driven_m else math.inf
-
     return PlanFigures(
         scenes=scenes,
         plans=len(measured),
         plan_cpu=plan,
         plan_wall=_spread([each.wall_s for each in measured]),
-        parts_cpu={part: _spread([each.parts_s[part] for each in measured]) for part in PARTS},
+        parts_cpu={part: _spread([each.parts_s[part] for each in measured]) for part in measured[0].parts_s},
         textbook_cpu=textbook,
         ratio=plan.median_ms / textbook.median_ms,
         driven_m=driven_m,
-        plan_ms_per_m=per_m(sum(each.cpu_s for each in measured)),
-        textbook_ms_per_m=per_m(sum(each.textbook_s for each in measured)),
+        plan_ms_per_m=_ms_per_m(sum(each.cpu_s for each in measured), driven_m),
+        textbook_ms_per_m=_ms_per_m(sum(each.textbook_s for each in measured), driven_m),
+        peers={name: _peer([each.peers[name] for each in measured]) for name in measured[0].peers},
     )
 
 
+def _peer(plans: Sequence[tuple[float, float]]) -> PeerFigures:
+    times_s, driven_m = zip(*plans, strict=True)
+    return PeerFigures(cpu=_spread(times_s), ms_per_m=_ms_per_m(sum(times_s), sum(driven_m)))
+
+
+def _ms_per_m(time_s: float, driven_m: float) -> float:
+    return MS_PER_S * time_s / driven_m if driven_m else math.inf
+
+
 def common(name: str, repeats: Sequence[PlanFigures]) -> list[Figure]:
-    """The figures of some repeats, beside the textbook planner's."""
+    """The figures of some repeats, beside those of the textbook planner and of the peers."""
+    peers = repeats[0].peers
     return [
         figure(
             f"{name}: a plan",
             "ms",
             [each.plan_cpu.median_ms for each in repeats],
-            baselines={"textbook": [each.textbook_cpu.median_ms for each in repeats]},
+            baselines={
+                "textbook": [each.textbook_cpu.median_ms for each in repeats],
+                **{name: [each.peers[name].cpu.median_ms for each in repeats] for name in peers},
+            },
             aim=Aim(of="textbook", at_most=RATIO_AIM),
         ),
         figure(
             f"{name}: plans for a metre",
             "ms/m",
             [each.plan_ms_per_m for each in repeats],
-            baselines={"textbook": [each.textbook_ms_per_m for each in repeats]},
+            baselines={
+                "textbook": [each.textbook_ms_per_m for each in repeats],
+                **{name: [each.peers[name].ms_per_m for each in repeats] for name in peers},
+            },
         ),
     ]
 

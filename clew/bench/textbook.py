@@ -33,9 +33,13 @@ class Textbook:
         self._goal = np.array([mission.goal.x_m, mission.goal.y_m])
         self._hits = np.empty((0, 2))
 
+    def remember(self, view: View) -> None:
+        """Remember the hits of a scan."""
+        self._hits = np.concatenate([self._hits, view.hit_points])
+
     def plan(self, view: View) -> Floats:
         """Remember the hits of a scan; returns the cost from every cell to the goal [m]."""
-        self._hits = np.concatenate([self._hits, view.hit_points])
+        self.remember(view)
         grid = self._grid(view.position)
         x, y = grid.cells_of(self._hits[grid.has(self._hits)]).T
         free = np.ones(grid.shape, dtype=np.bool_)

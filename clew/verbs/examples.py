@@ -72,6 +72,7 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
     "bench plan": [
         "bench plan --directions 360 --directions 1440 --runs 3",
         "bench plan --scenes scenes/ --json",
+        "bench plan --scans 1 --scans 10 --scans 50 --scans 200",
     ],
     "bench rehearsal": ["bench rehearsal grove --runs 5", "bench rehearsal --queue 5 --queue 50 --queue 500"],
     "bench busy": ["bench busy grove --processes 16"],

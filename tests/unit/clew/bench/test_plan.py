@@ -11,6 +11,7 @@ from agents.navigation.guidance import CELLS_PER_KEEP
 from agents.navigation.scan import View
 from agents.strand.leader import Leader
 from clew.bench.plan import PARTS, SEED, Sample, Stopwatch, common, figures, samples
+from clew.bench.planners.window import Window
 from clew.bench.textbook import Textbook
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.arrays import Floats, scan_bearings_rad
@@ -49,13 +50,15 @@ def test_every_plan_of_a_rehearsal_is_a_sample_whose_parts_add_up_to_at_most_the
     tmp_path: Path,
 ) -> None:
     scenario = load(str(scene(tmp_path / "beside.json", polygons=[WALL], bounds=[0.0, -1.0, 6.0, 3.0])))
-    found = samples(scenario, cpu=ticking(), wall=ticking())
+    found = samples(scenario, cpu=ticking(), wall=ticking(), peers={"peer": Window})
     entries = Rehearsal(scenario, SEED).run().entries
     assert len(found) == sum(isinstance(entry.record, StepPlanned) for _, entry in entries) > 1
     for sample in found:
         assert sample.parts_s.keys() == PARTS.keys()
         assert 0.0 < sum(sample.parts_s.values()) < sample.cpu_s
         assert min(sample.textbook_s, sample.wall_s, *sample.parts_s.values()) > 0.0
+        assert sample.peers["peer"][0] == 1.0, "a tick of the clock"
+        assert sample.peers["peer"][1] > 0.0, "it drives"
 
 
 def interrupted_at(reading: int) -> Callable[[], float]:

@@ -1,0 +1,1 @@
+"""Planners of others, for comparison: each plans on the leader's scans."""
