@@ -68,6 +68,7 @@ class Member:
         self._mission = mission
         self._driver = driver
         self._formation = formation
+        self._leads = formation.rank == 0
         self._memory = memory
         bearing = Bearing(epoch=formation.epoch, turn=formation.turn, life=life)
         driver.begin(formation.s_m, bearing)
@@ -136,12 +137,12 @@ class Member:
     @property
     def leads(self) -> bool:
         """Whether it is the first of the strand."""
-        return self._formation.rank == 0
+        return self._leads
 
     @property
     def arrived(self) -> bool:
         """Whether it has come to its place at the goal, behind the robots ahead."""
-        return self._leading.arrived if self.leads else self._following.arrived
+        return self._leading.arrived if self._leads else self._following.arrived
 
     @property
     def rests(self) -> bool:
@@ -202,13 +203,13 @@ class Member:
         return notes
 
     def _move(self, now_s: float) -> list[Command]:
-        if not self.leads:
+        if not self._leads:
             return self._following.act(now_s)
         return self._reversing.act(now_s) if self._backs_up else self._leading.act(now_s)
 
     @property
     def _backs_up(self) -> bool:
-        return self.leads and self._strand.back_by_m > 0.0
+        return self._leads and self._strand.back_by_m > 0.0
 
     def _look(self, now_s: float) -> list[Command]:
         """Rule 2: drive on as long as the newest scan is good; give up a step that stays without one."""
@@ -234,12 +235,12 @@ class Member:
     def _decide(self, now_s: float) -> list[Command]:
         """What it wants now."""
         self._wish = None
-        if self.leads:
+        if self._leads:
             self._wish = self._reversing.wish if self._backs_up else self._leading.wish
         if self._wish is not None or self._lost:
             return []
         is_blocked = not self._held and self._blocked.is_so(now_s, backs_up=self._backs_up)
-        if self.leads and self._blocked.has_lost(is_blocked=is_blocked):
+        if self._leads and self._blocked.has_lost(is_blocked=is_blocked):
             self._lost = True
             return [
                 Note(RouteLost(reason="a way is blocked, and the strand has dissolved too often in vain"))

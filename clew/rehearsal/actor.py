@@ -78,6 +78,8 @@ class Actor:
     busy_until_s: float = 0.0
     unfinished: Sequence[Command] = ()
     """The commands left when it was frozen at a point of its step."""
+    is_behind: bool = False
+    """Whether something waits until it attends."""
     inbox: Bounded[Waiting] = field(
         default_factory=lambda: Bounded(capacity=INBOX_CAPACITY, bytes_max=INBOX_BYTES_MAX)
     )
@@ -120,6 +122,7 @@ class Actor:
     def leave_unfinished(self, commands: Sequence[Command]) -> None:
         """Keep the commands that a fault has left."""
         self.unfinished = commands
+        self.is_behind |= len(commands) > 0
 
     def take_unfinished(self) -> Sequence[Command]:
         """Remove and return the commands that a fault had left."""
@@ -147,10 +150,12 @@ class Actor:
     def wait(self, item: Waiting) -> None:
         """Keep the item until the actor attends. A full inbox drops its oldest items and counts them."""
         self.inbox.append(item, _size_bytes(item))
+        self.is_behind = True
         self.traffic.note_overflow(self.inbox.dropped_count)
 
     def take_waiting(self) -> list[Waiting]:
         """Remove and return all waiting items, in order."""
+        self.is_behind = False
         return self.inbox.drain()
 
 

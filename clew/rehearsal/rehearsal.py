@@ -159,8 +159,8 @@ class Rehearsal:
         processes.tokens.cut(cut, now_s)
         for change in processes.tokens.changes(now_s):
             self._show_change(change)
-        for actor in list(processes.actors.values()):
-            if (actor.inbox or actor.unfinished) and actor.attends(now_s):
+        for actor in [actor for actor in processes.actors.values() if actor.is_behind]:
+            if actor.attends(now_s):
                 self._wake(actor)
         return WORLD_NUMBER not in cut
 

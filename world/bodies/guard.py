@@ -95,20 +95,23 @@ class Guard:
     def _keeps_apart(self, row: int, bodies: Bodies, ways: dict[int, Way]) -> bool:
         """Rule 2."""
         from_x, from_y, to_x, to_y = ways[row]
-        step_m = abs(to_x - from_x) + abs(to_y - from_y)
+        near_m = self._apart_m + (abs(to_x - from_x) + abs(to_y - from_y))
         for other in self._near[row]:
             way = ways.get(other)
             if way is None:
                 body = bodies[other]
-                way = (body.x_m, body.y_m, body.x_m, body.y_m)
+                then_x, then_y = now_x, now_y = body.x_m, body.y_m
+                reach_m = near_m
             elif other < row:
                 continue  # that body has been compared with this one
-            x, y = to_x - way[2], to_y - way[3]
-            reach_m = self._apart_m + step_m + abs(way[2] - way[0]) + abs(way[3] - way[1])
+            else:
+                then_x, then_y, now_x, now_y = way
+                reach_m = near_m + abs(now_x - then_x) + abs(now_y - then_y)
+            x, y = to_x - now_x, to_y - now_y
             if x * x + y * y > reach_m * reach_m:
                 continue
             # Relative to the other body this one moves straight.
-            if _to_origin_m(from_x - way[0], from_y - way[1], x, y) <= self._apart_m:
+            if _to_origin_m(from_x - then_x, from_y - then_y, x, y) <= self._apart_m:
                 return False
         return True
 
