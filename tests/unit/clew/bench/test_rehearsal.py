@@ -6,8 +6,8 @@ import json
 import pytest
 
 from clew.bench.forming import queue
-from clew.bench.rehearsal import Speed, figures_of, growth, speed
-from protocol.faults.plan import uniform
+from clew.bench.rehearsal import PEER, Speed, figures_of, growth, speed
+from protocol.faults.plan import NO_FAULTS, uniform
 from tests.support.campaigns import clew
 
 
@@ -39,11 +39,21 @@ def timed(robots: int, cpu_s: float) -> Speed:
 def test_a_robot_of_a_long_queue_costs_little_more_than_one_of_a_short_one(
     long_cpu_s: float, met: bool
 ) -> None:
-    (figure,) = growth([timed(500, long_cpu_s), timed(5, 1.0)])
+    shortest, figure = growth([timed(500, long_cpu_s), timed(5, 1.0)])
+    assert (shortest.name, shortest.met) == ("queue of 5", None)
     assert figure.name == "queue of 500"
     assert figure.measured.least == pytest.approx(1000.0 * long_cpu_s / (500 * 20.0))
     assert figure.baselines[0].ratio.median == pytest.approx(long_cpu_s / 100.0)
     assert figure.met is met
+
+
+def test_a_peer_simulates_as_long_as_each_repeat() -> None:
+    asked: list[float] = []
+    ticking = map(float, itertools.count()).__next__
+    known = speed("none", queue(2), NO_FAULTS, runs=2, cpu=ticking, peer=lambda _: asked.append)
+    assert asked == [known.sim_s] * 2
+    names = [base.name for base in figures_of(known)[0].baselines]
+    assert names == ["ticks and messages alone", PEER]
 
 
 @pytest.mark.parametrize(("cpu_s", "met"), [(0.01, True), (1.0, False)])
@@ -60,6 +70,6 @@ def test_the_verb_says_how_fast_rehearsals_are() -> None:
     names = [row["name"] for row in result["figures"]]
     assert names == [
         name for each in ("faults: loss-50", "queue of 2", "queue of 3") for name in (each,) * 2
-    ] + ["queue of 3"]
+    ] + ["queue of 2", "queue of 3"]
     row = result["figures"][0]
     assert min(row["measured"]["median"], row["baselines"][0]["measured"]["median"]) > 0.0
