@@ -2,6 +2,7 @@
 
 Rule 1: a manual rule gets its window and its name here. One for messages can be ended by that name.
 Rule 2: the world sends robots the whole state repeatedly, so one message that arrives is enough.
+        A manual rule for a process is forgotten when it has struck and ended: a long run may have thousands.
 Rule 3: a resumed world continues from the timeline of a world that was killed. It uses no rule name again.
         Its message numbers start beyond all that the killed world can have used, because robots keep the
         state with the greatest number.
@@ -47,7 +48,8 @@ class RunFaults:
         self._given = 0
         self._news = 0
         self._told_news, self._told_s = 0, 0.0
-        self._is_planned = bool(plan.rules)
+        self._names = frozenset(plan.names)
+        """Of the rules of the plan, which robots have, too."""
 
     def recall(self, source: str, _: str, entry: Entry) -> None:
         """Process an entry from before the world was started again."""
@@ -75,7 +77,7 @@ class RunFaults:
             case _:
                 pass
         match entry.record:
-            case FaultInjected(rule=rule, process=str()) if rule not in self._struck:
+            case FaultInjected(rule=rule, process=str()) if rule in self._names and rule not in self._struck:
                 self._struck[rule] = None
                 self._news += 1
             case _ if self._planned.step != step:
@@ -86,6 +88,7 @@ class RunFaults:
     def due(self, now_s: float) -> list[ProcessFault]:
         """The process faults that are due by now."""
         faults = list(self._due(now_s))
+        self._manual = [each for each in self._manual if not each.is_over]
         for fault in faults:
             if fault.action in {ProcessAction.SLOW, ProcessAction.UNSLOW}:
                 self._slow_s[fault.process] = fault.delay_s
@@ -185,7 +188,7 @@ class RunFaults:
 
     def news(self, robots: Sequence[int], now_s: float) -> dict[str, Faults]:
         """The state to send to each robot now; empty if nothing is new, or there are no faults."""
-        if not (self._is_planned or self._given):
+        if not (self._names or self._given):
             return {}
         if self._news == self._told_news and now_s - self._told_s < TELL_S:
             return {}

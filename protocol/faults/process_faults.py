@@ -87,6 +87,11 @@ class ProcessFaults:
         """The newest switching step that is known to be planned."""
         return max(self._roles.step, self._told_step)
 
+    @property
+    def is_over(self) -> bool:
+        """Whether no fault is left that could become due."""
+        return not (self._pending or self._later)
+
     def catch_up(self, struck: Iterable[str], step: int) -> None:
         """Learn which rules have struck elsewhere, and the newest switching step."""
         self._told_step = max(self._told_step, step)

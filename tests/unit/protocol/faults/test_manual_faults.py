@@ -1,6 +1,7 @@
 """The faults that the world injects, by a plan and by hand; and requests for manual faults."""
 
 import asyncio
+import pickle
 from pathlib import Path
 
 import pytest
@@ -27,6 +28,7 @@ from protocol.timeline import (
     RobotStarted,
     WorldResumed,
 )
+from protocol.wire.codec import decode, encode
 from tests.support.strands import formed
 from world.control import Serves, heard
 from world.faults import GIVEN_MAX, TELL_S, RunFaults
@@ -164,6 +166,18 @@ def test_rules_that_have_struck_are_sent_to_robots_so_that_they_strike_only_once
     after = faults.of("r2")
     assert (before.struck, after.struck) == ((), ("kill-1",))
     assert after.number > before.number
+
+
+def test_thousands_of_robots_that_are_restarted_by_hand_leave_nothing_behind() -> None:
+    faults, size_bytes = without_plan(), dict[int, int]()
+    for number in range(1, 1501):
+        faults.add(Restart(target="r3", after_s=0.5), now_s=float(number), for_s=None)
+        for injected in (*faults.due(float(number)), *faults.due(number + 0.5)):
+            faults.hear("world", entry(injected.as_record(), float(number)))
+        faults.hear("r3", entry(RobotStarted(pid=1, incarnation=f"{number}")))
+        size_bytes[number] = len(pickle.dumps(faults))
+    assert size_bytes[1500] <= size_bytes[1000]
+    assert decode(encode(faults.of("r1"), 1))[1] == faults.of("r1")
 
 
 def test_a_resumed_world_reuses_no_rule_name_and_overrides_the_killed_world() -> None:
