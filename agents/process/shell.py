@@ -8,8 +8,6 @@ Rule 3: time in which the process did not run does not count as silence of the w
         The process says with every order how late it runs, so that the world can slow down.
 Rule 4: a robot injects a fault at a point of its step into itself. That happens after the core has decided,
         when the planned step is recorded and nothing else has been executed.
-Rule 5: it watches the tokens that its core wants, and always two: of the world and of the robot beside it in
-        number. If it sees none, its session is deaf (`protocol.network.deafness`).
 """
 
 import os
@@ -35,6 +33,7 @@ from agents.process.failure import failed
 from agents.process.journal import Given, Head, Journal, decided, open_journal
 from agents.process.points import is_plan
 from agents.process.victim import Victim
+from agents.process.watching import beside, watched_by
 from agents.robot import Robot
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -200,8 +199,8 @@ class Shell:
         return await self._close()
 
     def _watch(self, wanted: frozenset[int] | None) -> None:
-        """Rule 5."""
-        robots = None if wanted is None else wanted | {beside(self._robot)}
+        """Watch the tokens that the core wants to be watched."""
+        robots = watched_by(self._robot, wanted)
         if robots != self._watched:
             self._watched = robots
             self._transport.watch(tokens_of(self._keys, robots))
@@ -346,11 +345,6 @@ class Shell:
         """Counts by the key without its root; the recorder's keys are counted separately."""
         apart = (self._keys.log(self._name), self._keys.logged(self._name))
         return {self._keys.behind_root(key): count for key, count in counts.items() if key not in apart}
-
-
-def beside(robot: int) -> int:
-    """The robot whose token another always watches (rule 5)."""
-    return robot - 1 if robot > 1 else robot + 1
 
 
 def tokens_of(keys: Keys, robots: frozenset[int] | None) -> list[str]:

@@ -73,6 +73,8 @@ class Actor:
     points: Points = field(default_factory=Points)
     ended: bool = False
     frozen: bool = False
+    wanted: frozenset[int] | None = frozenset()
+    """The robots whose tokens its core wanted to be watched when it was asked last; None: all."""
     delay_s: float = 0.0
     """How long it takes to handle each batch of arrivals (fault `slow`)."""
     busy_until_s: float = 0.0
@@ -109,6 +111,10 @@ class Actor:
     def thaw(self) -> None:
         """Let it go on."""
         self.frozen = False
+
+    def want(self, wanted: frozenset[int] | None) -> None:
+        """Its core wants these robots' tokens to be watched."""
+        self.wanted = wanted
 
     def slow_down(self, delay_s: float) -> None:
         """From now on it takes this long to handle each batch."""

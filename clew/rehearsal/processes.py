@@ -9,6 +9,7 @@ from collections import Counter
 from pathlib import Path
 
 from agents.process.journal import Head, open_journal
+from agents.process.watching import watched_by
 from agents.robot import Robot
 from clew.rehearsal.actor import Actor, Desk
 from clew.rehearsal.tokens import Tokens
@@ -50,6 +51,7 @@ class Processes:
         core = Robot(robot, self._mission, life=life, again=again)
         actor = Actor(robot, robot_name(robot), incarnation, core, journal)
         self.actors[robot] = actor
+        self.tokens.watch(robot, watched_by(robot, actor.wanted))
         return actor
 
     def end(self, robot: int) -> None:

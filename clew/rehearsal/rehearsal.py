@@ -17,20 +17,19 @@ from agents.commands import AskScan, Order, Put, Say, Tell
 from agents.commands import Command as RobotCommand
 from agents.commands import Note as RobotNote
 from agents.events import Event as RobotEvent
-from agents.events import OdometryHeard, TokensSeen
-from agents.events import TokenCame as TokenSeen
-from agents.events import TokenWent as TokenMissed
+from agents.events import OdometryHeard
 from agents.process import addresses
 from agents.process.failure import failed
 from agents.process.journal import Given, decided
 from agents.process.points import is_plan
+from agents.process.watching import watched_by
 from clew.rehearsal.actor import Actor, Arrival, Desk
 from clew.rehearsal.exchange import Exchange
 from clew.rehearsal.logbook import Logbook
 from clew.rehearsal.mail import Mail
 from clew.rehearsal.processes import Processes, check_rehearsable
-from clew.rehearsal.token_events import key_of, to_robot, to_world
-from clew.rehearsal.tokens import Change, FirstLook
+from clew.rehearsal.token_events import TokenEvent, key_of, to_robot, to_world
+from clew.rehearsal.tokens import Seen
 from protocol.errors import MessageRefusedError
 from protocol.exit_codes import ExitCode
 from protocol.faults.message_faults import MessageFaults
@@ -157,8 +156,8 @@ class Rehearsal:
         processes = self._processes
         cut = processes.cut_off(self._exchange.message_faults, now_s=now_s, step=self._process_faults.step)
         processes.tokens.cut(cut, now_s)
-        for change in processes.tokens.changes(now_s):
-            self._show_change(change)
+        for seen in processes.tokens.changes(now_s):
+            self._show(seen)
         for actor in [actor for actor in processes.actors.values() if actor.is_behind]:
             if actor.attends(now_s):
                 self._wake(actor)
@@ -186,13 +185,13 @@ class Rehearsal:
         started = RobotStarted(pid=NO_PROCESS, incarnation=actor.incarnation)
         self._write(actor.name, actor.come_s, started)
 
-    def _show_change(self, change: Change | FirstLook) -> None:
-        observer = self._processes.find(change.observer)
+    def _show(self, seen: Seen) -> None:
+        observer = self._processes.find(seen.observer)
         if isinstance(observer, Desk) and not observer.ended:
-            for event in to_world(change):
+            for event in to_world(seen):
                 self._tell_world(event)
         elif isinstance(observer, Actor):
-            self._give(observer, to_robot(change))
+            self._give(observer, to_robot(seen))
 
     def _give(self, actor: Actor, item: Arrival | RobotEvent) -> None:
         if actor.attends(self.world.now_s):
@@ -278,6 +277,7 @@ class Rehearsal:
                 actor.hear_world(given.event.odometry)
         if actor.phase is Phase.RUNNING:
             self._react_to_all(actor, [given for given in all_given if not actor.is_outdated(given.event)])
+            self._watch(actor)
         elif actor.phase is not before:
             self._close(actor, before)
 
@@ -292,18 +292,21 @@ class Rehearsal:
                     actor.wait(rest)
                 return
 
+    def _watch(self, actor: Actor) -> None:
+        """Watch the tokens that its core wants to be watched; they are seen in the next tick."""
+        wanted = actor.core.watches
+        if wanted != actor.wanted and not (actor.ended or actor.frozen):
+            actor.want(wanted)
+            self._processes.tokens.watch(actor.robot, watched_by(actor.robot, wanted))
+
     def _read(self, actor: Actor, item: Arrival | RobotEvent | Given) -> Given | None:
-        match item:
-            case Given():
-                return item
-            case Arrival():
-                mail = self._undamaged(actor, item)
-                event = None if mail is None else mail.to_robot()
-                return None if mail is None or event is None else Given(event, mail.key, mail.number)
-            case TokenSeen() | TokenMissed() | TokensSeen():
-                return Given(item, key_of(item), 0)
-            case _:
-                return None  # no other event arrives by itself
+        if isinstance(item, Arrival):
+            mail = self._undamaged(actor, item)
+            event = None if mail is None else mail.to_robot()
+            return None if mail is None or event is None else Given(event, mail.key, mail.number)
+        if isinstance(item, TokenEvent):
+            return Given(item, key_of(item), 0)
+        return item if isinstance(item, Given) else None  # no other event arrives by itself
 
     def _react(self, actor: Actor, given: Given) -> None:
         """Let the robot decide and execute its commands, unless a fault hits a point of its step."""

@@ -1,32 +1,40 @@
 """What a change of tokens is to the process that sees it: events for a robot, or for the world."""
 
 from agents.events import TokenCame as TokenSeen
-from agents.events import TokensSeen
+from agents.events import TokensSeen, TokensWatched
 from agents.events import TokenWent as TokenMissed
 from agents.process import addresses
-from clew.rehearsal.tokens import Change, FirstLook
+from clew.rehearsal.tokens import Change, Look, Seen, Watched
 from world.events import TokenCame, TokenWent
 
-TokenEvent = TokenSeen | TokenMissed | TokensSeen
-ALL_ALIVE = "alive"  # a first look is at all keys of tokens
+TokenEvent = TokenSeen | TokenMissed | TokensSeen | TokensWatched
+ALL_ALIVE = "alive"  # a look is at keys of several tokens
 
 
-def to_robot(change: Change | FirstLook) -> TokenEvent:
+def to_robot(seen: Seen) -> TokenEvent:
     """The event for a robot."""
-    if isinstance(change, FirstLook):
-        return TokensSeen(tuple(change.shown.items()))
-    event = TokenSeen if change.came else TokenMissed
-    return event(change.process, change.incarnation)
+    match seen:
+        case Look(shown=shown):
+            return TokensSeen(tuple(shown.items()))
+        case Watched(robots=robots):
+            return TokensWatched(None if robots is None else tuple(sorted(robots)))
+        case Change(process=process, incarnation=incarnation, came=came):
+            return (TokenSeen if came else TokenMissed)(process, incarnation)
 
 
-def to_world(change: Change | FirstLook) -> list[TokenCame | TokenWent]:
-    """The events for the world."""
-    if isinstance(change, FirstLook):
-        return [TokenCame(process, incarnation) for process, incarnation in change.shown.items()]
-    event = TokenCame if change.came else TokenWent
-    return [event(change.process, change.incarnation)]
+def to_world(seen: Seen) -> list[TokenCame | TokenWent]:
+    """The events for the world, which always watches all."""
+    match seen:
+        case Look(shown=shown):
+            return [TokenCame(process, incarnation) for process, incarnation in shown.items()]
+        case Watched():
+            return []
+        case Change(process=process, incarnation=incarnation, came=came):
+            return [(TokenCame if came else TokenWent)(process, incarnation)]
 
 
 def key_of(event: TokenEvent) -> str:
     """The key of the token."""
-    return ALL_ALIVE if isinstance(event, TokensSeen) else addresses.alive(event.robot, event.incarnation)
+    if isinstance(event, TokensSeen | TokensWatched):
+        return ALL_ALIVE
+    return addresses.alive(event.robot, event.incarnation)

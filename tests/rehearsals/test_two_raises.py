@@ -70,7 +70,7 @@ def late_raises(least_s: float, most_s: float) -> Delay:
         # The greater number arrives second, while nobody has had a turn yet: it replaces the other.
         (late_raises(0.3, 0.5), 1, [(10_001, 0), (10_004, 0), (10_004, 1)]),
         # Greater numbers arrive when the strand of the first one may drive already: they change nothing.
-        (late_raises(0.5, 0.9), 1, [(10_001, 0), (10_001, 1)]),
+        (late_raises(0.5, 0.9), 4, [(10_001, 0), (10_001, 1)]),
         (late_raises(0.5, 0.9), 2, [(10_003, 0), (10_003, 1)]),
     ],
 )

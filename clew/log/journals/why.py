@@ -10,6 +10,7 @@ Rule 4: the way ends at a scan, a liveliness token, the start, the operator, or 
         come; it says so where a journal is missing.
 Rule 5: what no input explains, silence or a place that a robot has not got, is explained as
         `clew.log.journals.explained` says; the way begins there.
+Rule 6: a robot watches all tokens because it coordinates a view: that leads to how it joined the view.
 """
 
 from collections.abc import Iterator, Sequence
@@ -49,6 +50,7 @@ from protocol.timeline import (
     OrderRefused,
     ScanServed,
     StepFinished,
+    ViewJoined,
 )
 from protocol.timeline.sentences import sentence
 from protocol.wire.messages import Message, Odometry
@@ -211,8 +213,20 @@ class Why:
                 return self._told(process, message, cause, (heard.key, heard.number), heard.now_s)
             case TokenWent(robot):
                 return None, self._explained.gone(robot, heard.now_s)[::-1]
+            case TokensWatched(None):
+                return self._coordinated(process, cause.turn), []
             case _:
                 return None, []  # a scan, or tokens: the beginning
+
+    def _coordinated(self, process: Process, turn: int) -> _Deed | None:
+        """Rule 6: the decision by which a robot began to coordinate, before this turn."""
+        for index in reversed(range(turn)):
+            for command in process.commands(index, only=Note):
+                if isinstance(command, Note) and isinstance(joined := command.record, ViewJoined):
+                    return _Deed(
+                        process, index, f"notes {kind_of(joined)}", lambda each: each == Note(joined)
+                    )
+        return None
 
     def _told(
         self, receiver: Process, message: Message, cause: Cause, place: tuple[str, int], t_s: float

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clew.rehearsal.tokens import Change, FirstLook, Tokens
+from clew.rehearsal.tokens import Change, Look, Seen, Tokens, Watched
 
 
 def fleet(robots: int = 3) -> Tokens:
@@ -16,15 +16,15 @@ def fleet(robots: int = 3) -> Tokens:
     return tokens
 
 
-def one_by_one(changes: Iterable[Change | FirstLook]) -> Iterator[Change]:
+def one_by_one(changes: Iterable[Seen]) -> Iterator[Change]:
     for change in changes:
-        if isinstance(change, FirstLook):
+        if isinstance(change, Look):
             yield from (Change(change.observer, *each, came=True) for each in change.shown.items())
-        else:
+        elif isinstance(change, Change):
             yield change
 
 
-def said(changes: list[Change | FirstLook]) -> list[str]:
+def said(changes: list[Seen]) -> list[str]:
     return [
         f"{each.observer}{'+' if each.came else '-'}{each.process}.{each.incarnation}"
         for each in one_by_one(changes)
@@ -139,8 +139,46 @@ def test_after_any_sequence_of_faults_each_process_sees_exactly_the_live_tokens(
     assert {each: set(told) for each, told in stage.seen.items()} == expected
 
 
+def test_a_robot_is_told_of_the_world_and_of_those_that_it_watches_and_when_that_is_all() -> None:
+    tokens = Tokens()
+    for process in range(5):
+        tokens.show(process, "1")
+    tokens.watch(2, frozenset({1}))
+    assert [each for each in tokens.changes(0.0) if each.observer == 2] == [
+        Look(2, {0: "1", 1: "1"}),
+        Watched(2, frozenset({1})),
+    ]
+    tokens.end(4)
+    assert said(tokens.changes(1.0)) == ["0-4.1", "1-4.1", "3-4.1"]
+
+
+def test_what_it_begins_to_watch_it_sees_at_one_look_and_what_it_no_longer_watches_is_forgotten() -> None:
+    tokens = fleet(5)
+    tokens.watch(2, frozenset({1, 3}))
+    assert tokens.changes(1.0) == [Watched(2, frozenset({1, 3}))]
+    tokens.end(5)
+    tokens.watch(2, frozenset({3, 4}))
+    tokens.changes(2.0)
+    tokens.watch(2, None)
+    assert [each for each in tokens.changes(3.0) if each.observer == 2] == [
+        Look(2, {1: "1"}),
+        Watched(2, None),
+    ]
+
+
+def test_a_robot_that_is_cut_off_has_seen_all_that_it_can_see_and_sees_the_rest_when_it_is_back() -> None:
+    tokens = fleet(3)
+    tokens.watch(1, frozenset({2}))
+    tokens.cut({1}, 0.0)
+    tokens.changes(5.0)
+    tokens.watch(1, frozenset({3}))
+    assert tokens.changes(6.0) == [Watched(1, frozenset({3}))]
+    tokens.cut(set(), 7.0)
+    assert [each for each in tokens.changes(7.0) if each.observer == 1] == [Look(1, {0: "1", 3: "1"})]
+
+
 def test_a_first_look_is_one_change_for_each_process() -> None:
     tokens = Tokens()
     for process in range(3):
         tokens.show(process, "1")
-    assert [type(change) for change in tokens.changes(0.0)] == [FirstLook] * 3
+    assert [type(change) for change in tokens.changes(0.0)] == [Look] * 3

@@ -75,6 +75,9 @@ def test_the_next_robot_leads_because_the_token_of_the_first_went(why: Why, line
     assert way[0].said.startswith("r1 was killed by rule ")
     assert way[1].said == "the token of r1 went"
     assert way[2].said == "puts raise: propose view 20002, a neighbour is lost"
+    assert ("r2", "token", "from then on it watched the tokens of all") in [
+        (link.source, link.what, link.said) for link in way
+    ]
     assert told(way)[1:4] == [("r2", "token"), ("r2", "decision"), ("world", "entry")]
     assert told(way)[-4:] == [("world", "entry"), ("r2", "odometry"), ("r2", "decision"), ("r2", "entry")]
     assert way[-3].said.endswith("fence 20002/1 all [fence]")
@@ -205,7 +208,7 @@ def test_an_entry_is_given_by_its_number_or_as_a_printed_line(run: Path, why: Wh
         ("step.planned", "choose one: r1:"),
         ("r2:99999", "the log has 0 entries r2:99999"),
         ("    3.301     r2 view.proposed", "the log has 0 entries"),
-        ("    0.500  world pose.sampled", "choose one by its number"),
+        ("    0.600  world pose.sampled", "choose one by its number"),
     ],
 )
 def test_an_entry_that_is_not_there_or_not_one_is_refused(run: Path, entry: str, reason: str) -> None:
