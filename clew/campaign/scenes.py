@@ -2,7 +2,8 @@
 
 Rule 1: a scene's family is the name of the folder that holds its file.
 Rule 2: a changed scene is written to a file, so that a single rehearsal can replay it.
-Rule 3: a file below a folder that was meant as a scene or scenario, and cannot be read as one, is told of.
+Rule 3: a file below a folder that was meant as a scene or scenario, and cannot be read as one, is told of;
+        so is one with several fleets, which a campaign does not play.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -114,7 +115,8 @@ def _below(root: Path, robots: int | None, broken: list[str]) -> Iterator[Scene]
     for path in paths:
         if path.suffix in SUFFIXES and path.is_file():
             raw = _read(path)
-            if path == root or raw.get("schema") == SCENE_SCHEMA or "fleet" in raw:
+            is_scene = path == root or raw.get("schema") == SCENE_SCHEMA or "fleet" in raw
+            if is_scene and not isinstance(raw.get("fleet"), list):
                 yield Scene(
                     path=path,
                     family=path.resolve().parent.name,

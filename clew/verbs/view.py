@@ -58,7 +58,7 @@ def _places(runs: tuple[Path, ...], *, live: bool) -> tuple[Path, ...]:
     Raises:
         UsageError: no run or more than two are named, one is not there without --live, or one is no log.
     """
-    from clew.log.log import Log
+    from clew.log.log import Log, fleets_in
     from world.record.recorder import EVENTS_FILE
 
     places = runs or ((LATEST,) if live else ())
@@ -66,6 +66,8 @@ def _places(runs: tuple[Path, ...], *, live: bool) -> tuple[Path, ...]:
         raise UsageError(f"view: name one run, or two to see side by side, got {len(places)}")
     for place in places:
         if not _is_there(place):
+            if fleets_in(place):
+                Log(place)  # says so
             if not live:
                 raise UsageError(f"no run in {place}: {EVENTS_FILE} is not there; --live waits for it")
             click.echo(f"view: waiting for a run in {place}", err=True)

@@ -23,11 +23,13 @@ from clew.campaign.executors.pool import outcomes_of
 from clew.campaign.families import by_family, figures_of
 from clew.campaign.scenes import find_scenes, tight_radius_m
 from protocol.asked import EXIT_CODES
+from protocol.files.toml_text import toml_text
 from protocol.root import ROOT
 from tests.support.campaigns import clew, closed, outcome, refused, scene
 from tests.support.deadline import DEADLINE_S
 from tests.support.logs.logs import GOOD
 from tests.support.processes.fleets import wait_until
+from tests.support.stages.fleets import raw
 from world.scenario.scene import EPSILON_M_MAX, EPSILON_RADII
 
 
@@ -161,6 +163,7 @@ def test_no_scene_exits_2(tmp_path: Path) -> None:
         ("b.toml", 'name = "b\n', "is not TOML"),
         ("b.json", '{"schema": "clew-scene/2"}', "schema"),
         ("b.json", "{", "is not JSON"),
+        ("b.toml", toml_text(raw()), "has several fleets"),
     ],
 )
 def test_a_broken_scene_is_named_with_the_reason_and_the_others_are_played(

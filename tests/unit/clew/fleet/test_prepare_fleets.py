@@ -97,7 +97,7 @@ def test_verbs_that_take_one_fleet_name_the_folders_of_all(tmp_path: Path) -> No
     for name in ("east", "west"):
         (tmp_path / "run" / name).mkdir(parents=True)
         (tmp_path / "run" / name / "events.jsonl").touch()
-    for verb in (["report"], ["log", "info"], ["log", "cat"]):
+    for verb in (["report"], ["log", "info"], ["log", "cat"], ["view"]):
         said = clew(*verb, tmp_path / "run")
         assert said.exit_code == 2
         assert "has several fleets, each with a folder: east, west" in said.stderr
