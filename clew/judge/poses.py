@@ -213,10 +213,9 @@ def _chain(scene: Scene, ways: Mapping[int, Floats], head: int) -> tuple[int, ..
 
 def _from_there_on(way: Floats, place: shapely.Point, scene: Scene) -> shapely.LineString:
     """The way from where it last passed a place; if it began beyond, straight from there to its start."""
-    legs = shapely.linestrings(np.stack([way[:-1], way[1:]], axis=1))
-    legs_m = shapely.distance(legs, place)
-    last = int(np.flatnonzero(legs_m <= legs_m.min() + scene.drift_m)[-1])
-    return shapely.LineString([place.coords[0], *way[last + 1 :]])
+    off_m = np.hypot(*(way - place.coords[0]).T)
+    last = int(np.flatnonzero(off_m <= off_m.min() + scene.drift_m)[-1])
+    return shapely.LineString(np.concatenate([place.coords, way[min(last + 1, len(way) - 1) :]]))
 
 
 def _missed(scene: Scene, run: Run, goal_m: float | None, chain: tuple[int, ...]) -> Iterator[str]:
