@@ -38,21 +38,28 @@ def cast(
     )
     cosine, sine = np.cos(bearings_rad), np.sin(bearings_rad)
     ranges_m = np.minimum(
-        _cast_at_ellipses(round_shapes, origin_in_world, cosine, sine, range_m_max),
+        _cast_at_ellipses(round_shapes, origin_in_world, bearings_rad, cosine, sine, range_m_max=range_m_max),
         _cast_at_edges(ground, origin_in_world, bearings_rad, cosine, sine),
     )
     return np.minimum(ranges_m, range_m_max)
 
 
 def _cast_at_ellipses(
-    ellipses: Floats, origin: Floats, cosine: Floats, sine: Floats, range_m_max: float
+    ellipses: Floats,
+    origin: Floats,
+    bearings_rad: Floats,
+    cosine: Floats,
+    sine: Floats,
+    *,
+    range_m_max: float,
 ) -> Floats:
-    offsets = origin - ellipses[:, :2]
-    near = np.hypot(offsets[:, 0], offsets[:, 1]) - ellipses[:, 2:4].max(axis=1) <= range_m_max
+    offsets, radii_m = origin - ellipses[:, :2], ellipses[:, 2:4].max(axis=1, initial=0.0)
+    near = np.hypot(offsets[:, 0], offsets[:, 1]) - radii_m <= range_m_max
+    rows, offsets = ellipses[near], offsets[near]
+    each, ray = _in_sight(-offsets, radii_m[near], bearings_rad)
     # The unit frame is a linear map of the world frame, so lengths along a ray are metres in both.
-    rows, offsets = ellipses[near, None], offsets[near, None]
-    x, y = unit_vectors(rows, offsets[..., 0], offsets[..., 1])
-    dx, dy = unit_vectors(rows, cosine, sine)
+    x, y = (across[each] for across in unit_vectors(rows, offsets[:, 0], offsets[:, 1]))
+    dx, dy = unit_vectors(rows[each], cosine[ray], sine[ray])
     squares = dx * dx + dy * dy
     middle_m = -(x * dx + y * dy) / squares  # the point of the ray's line that is nearest to the centre
     half_chord_squared = 1.0 - (x + middle_m * dx) ** 2 - (y + middle_m * dy) ** 2
@@ -60,7 +67,8 @@ def _cast_at_ellipses(
     hit = (half_chord_squared >= 0.0) & (middle_m > 0.0)
     ranges_m = np.where(hit, np.maximum(middle_m - half_chord_m, 0.0), math.inf)
     ranges_m = np.where(x * x + y * y <= 1.0, 0.0, ranges_m)
-    first_m: Floats = ranges_m.min(axis=0, initial=math.inf)
+    first_m = np.full(len(cosine), math.inf)
+    np.minimum.at(first_m, ray, ranges_m)
     return first_m
 
 
