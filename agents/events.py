@@ -49,7 +49,7 @@ class TokenWent(Struct, frozen=True):
 
 
 class TokensSeen(Struct, frozen=True):
-    """All tokens that a process sees when it connects: as one event, since a fleet has many."""
+    """Tokens that came one after the other, as when a process connects: one event, since a fleet has many."""
 
     shown: tuple[tuple[int, str], ...]
     """Pairs of robot and incarnation; a journal takes no numbers as keys."""

@@ -133,7 +133,7 @@ class Robot:
             case TokenCame(robot, incarnation):
                 presence.come(robot, incarnation, now_s)
             case TokensSeen(shown):
-                presence.see(dict(shown), now_s)
+                presence.see(shown, now_s)
             case TokensWatched(robots):
                 presence.watch(robots, now_s)
             case TokenWent(robot, incarnation):

@@ -8,7 +8,7 @@ Rule 3: a live robot watches only the tokens that matter to it: all tokens for a
         it knew of the others is void. A robot that it begins to watch and that shows none has gone by then.
 """
 
-from collections.abc import Iterable, Mapping, Set
+from collections.abc import Iterable, Set
 
 from protocol.keys import WORLD_NUMBER
 
@@ -40,14 +40,10 @@ class Presence:
             self._went_s.update((other, now_s) for other in self._went_s if not self.shows(other))
         self._tokens[robot] = (*others, incarnation)
 
-    def see(self, shown: Mapping[int, str], now_s: float) -> None:
-        """All tokens that are shown, at the first look."""
-        if self._newest:
-            for robot, incarnation in shown.items():
-                self.come(robot, incarnation, now_s)
-            return
-        self._newest = dict(shown)
-        self._tokens = {robot: (incarnation,) for robot, incarnation in shown.items()}
+    def see(self, shown: Iterable[tuple[int, str]], now_s: float) -> None:
+        """Tokens of several robots have come."""
+        for robot, incarnation in shown:
+            self.come(robot, incarnation, now_s)
 
     def watch(self, robots: Iterable[int] | None, now_s: float) -> None:
         """Rule 3: the tokens of these robots are watched, or of all, and those that are shown have come."""

@@ -8,6 +8,7 @@ from protocol.keys import WORLD, WORLD_NUMBER, Keys, robot_name
 from protocol.wire.messages import Message
 
 _KEYS = Keys("any", "run")
+ALL_ALIVE = "alive"  # of an event on several tokens
 
 
 @cache

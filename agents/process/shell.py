@@ -29,11 +29,12 @@ from agents.events import (
     TokenWent,
     ViewHeard,
 )
+from agents.process.addresses import ALL_ALIVE
 from agents.process.failure import failed
 from agents.process.journal import Given, Head, Journal, decided, open_journal
 from agents.process.points import is_plan
 from agents.process.victim import Victim
-from agents.process.watching import beside, watched_by
+from agents.process.watching import at_once, beside, watched_by
 from agents.robot import Robot
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -181,7 +182,7 @@ class Shell:
     async def run(self, robot: Robot, journal: Journal) -> ExitCode:
         """Give events to the robot and execute its commands, until the world closes the run."""
         self._watch(robot.watches)
-        none = _listed(self._keys, frozenset({beside(self._robot)}))
+        none = _listed(frozenset({beside(self._robot)}))
         await self._obey(none.event, await self._decided(robot, none, journal))
         while self._phase is Phase.RUNNING:
             self._flush()
@@ -305,10 +306,10 @@ class Shell:
                         token = came_or_went(robot, keys.part(key, 2))
                         events.append(Given(token, keys.behind_root(key), 0))
                 case Listed():
-                    events.append(_listed(keys, self._watched))
+                    events.append(_listed(self._watched))
                 case _:
                     pass  # a robot answers no queries; refused messages have been recorded
-        return events
+        return at_once(events)
 
     def _world_is_silent(self) -> bool:
         """Whether the world has been silent for too long (rule 3)."""
@@ -354,10 +355,10 @@ def tokens_of(keys: Keys, robots: frozenset[int] | None) -> list[str]:
     return [keys.tokens_of(WORLD), *(keys.tokens_of(robot_name(each)) for each in sorted(robots))]
 
 
-def _listed(keys: Keys, robots: frozenset[int] | None) -> Given:
+def _listed(robots: frozenset[int] | None) -> Given:
     """The tokens that are watched have come."""
     watched = TokensWatched(None if robots is None else tuple(sorted(robots)))
-    return Given(watched, keys.behind_root(keys.tokens_of("*")), 0)
+    return Given(watched, ALL_ALIVE, 0)
 
 
 def _event(key: Sequence[str], name: str, heard: Heard, now_s: float) -> Event | None:

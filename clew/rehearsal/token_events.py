@@ -8,7 +8,6 @@ from clew.rehearsal.tokens import Change, Look, Seen, Watched
 from world.events import TokenCame, TokenWent
 
 TokenEvent = TokenSeen | TokenMissed | TokensSeen | TokensWatched
-ALL_ALIVE = "alive"  # a look is at keys of several tokens
 
 
 def to_robot(seen: Seen) -> TokenEvent:
@@ -36,5 +35,5 @@ def to_world(seen: Seen) -> list[TokenCame | TokenWent]:
 def key_of(event: TokenEvent) -> str:
     """The key of the token."""
     if isinstance(event, TokensSeen | TokensWatched):
-        return ALL_ALIVE
+        return addresses.ALL_ALIVE
     return addresses.alive(event.robot, event.incarnation)
