@@ -5,7 +5,8 @@ Rule 2: it ends its turn standing, in place or blocked, and orders nothing more 
 Rule 3: a robot that plans from one place again and again counts as blocked: what it sees from there
         contradicts what it sees from another place.
 Rule 4: where obstacles move, a robot that gets no further looks again for a while before it is blocked, and
-        looks while it drives.
+        looks while it drives. Robots that wait for a turn share this while, unless the robot is on its way:
+        in a queue only the last one may have a way, and the turns of all others must not keep it waiting.
 Rule 5: a leader that makes way takes one step, to a place to which other robots can come.
 """
 
@@ -112,7 +113,7 @@ class TurnTaker:
                 self._senses.look_closer(scan)
                 return self._senses.ask(now_s)
             case NoStep() if patient:
-                self._looks_again_s = now_s + LOOKS_AGAIN_S
+                self._looks_again_s = min(now_s + LOOKS_AGAIN_S, self._stood_at_s + self._patience_s)
                 return []
             case NoStep(reason):
                 self.ended = Ended(turn, placed=self._join.makes_way)
@@ -137,7 +138,12 @@ class TurnTaker:
         stands_at = (float(scan.position[0]), float(scan.position[1]))
         if stands_at != self._stood_at:
             self._stood_at, self._stood_at_s = stands_at, now_s
-        return now_s - self._stood_at_s >= PATIENCE_S
+        return now_s - self._stood_at_s >= self._patience_s
+
+    @property
+    def _patience_s(self) -> float:
+        """Rule 4."""
+        return PATIENCE_S if self.has_moved else PATIENCE_S / (1 + len(self._join.waiting))
 
 
 class OwnTurns:

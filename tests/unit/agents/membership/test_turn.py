@@ -1,0 +1,60 @@
+"""A robot's turn where obstacles move: how long it looks for a way before it counts as blocked."""
+
+from typing import cast
+
+import msgspec
+import numpy as np
+import pytest
+
+from agents.body.driver import Driver
+from agents.body.senses import Senses
+from agents.commands import Command
+from agents.membership.joining import Joining
+from agents.membership.turn import PATIENCE_S, TurnTaker
+from agents.navigation.step import NoStep
+from protocol.frames import Point
+from protocol.wire.view import Join
+from world.scenario.scenario import load
+
+MISSION = msgspec.structs.replace(load("grove").mission(), obstacle_speed_mps_max=0.5)
+LOOK_S = 0.1
+
+
+class Stands:
+    """A body that stands, and sees the same in every scan."""
+
+    standing = True
+    progress_m = 0.0
+    position = np.zeros(2)
+
+    def take(self) -> "Stands":
+        return self
+
+    def ask(self, _: float) -> list[Command]:
+        return []
+
+
+class NoWay:
+    """What it plans: nothing."""
+
+    def plan(self, *_: object) -> NoStep:
+        return NoStep("no way")
+
+
+def turn_s(waiting: int) -> float:
+    """How long the turn of a robot lasts that finds no way, beside so many that wait for theirs."""
+    others = tuple(Point(x_m=float(number), y_m=0.0) for number in range(1, waiting + 1))
+    join = Join(turn=1, strand=(Point(x_m=-1.0, y_m=0.0),), waiting=others, line=(), last_leg=0)
+    body = Stands()
+    turn = TurnTaker(MISSION, cast("Driver", body), cast("Senses", body), cast("Joining", NoWay()), join)
+    now_s = 0.0
+    while turn.ended is None:
+        turn.act(now_s)
+        now_s += LOOK_S
+    assert not turn.ended.placed
+    return now_s - LOOK_S
+
+
+@pytest.mark.parametrize("waiting", [0, 1, 3, 7])
+def test_robots_that_wait_for_a_turn_share_the_time_in_which_each_looks_for_a_way(waiting: int) -> None:
+    assert turn_s(waiting) == pytest.approx(PATIENCE_S / (1 + waiting), abs=2 * LOOK_S)
