@@ -5,7 +5,8 @@ Rule 1: two groups are in place. First, from the front on, the robots of the ord
         that came to a place by a turn.
 Rule 2: the turn goes to the nearest robot that is not in place and has not had one in vain behind this very
         strand. Behind another one it may find a way. A draft that begins again with the same strand does not
-        repeat what was in vain.
+        repeat what was in vain. Where all that are left had one in vain, the last of them is first: in a
+        queue whose end has come in, it has room to move now.
 Rule 3: if no robot finds a way, the last robot in place makes way, once: it gives its place up, and has a
         turn after the others. A leader that stands alone takes one step to a place to which others can come.
 Rule 4: if that does not help, other robots lead, the nearest to the goal first, up to a limit. This happens
@@ -161,6 +162,7 @@ class Draft:
         self.driven.discard(robot)
         self.legs.pop(robot, None)
         if not placed:
+            self._in_vain.pop(robot, None)  # so that the newest stands last
             self._in_vain[robot] = tuple(self.strand)
         elif robot in self.strand:  # the leader has made way
             self._in_vain.clear()
@@ -175,6 +177,8 @@ class Draft:
         free = sorted({*waiting} - self.tried)
         if self._made_way in free and len(free) > 1:
             free.remove(self._made_way)
+        if free and all(robot in self._in_vain for robot in free):
+            return Give(next(robot for robot in reversed(self._in_vain) if robot in free))
         if free:
             places = places_of(reports)
             off_m = np.hypot(*(positions(places, free) - positions(places, self.strand[-1:])).T)

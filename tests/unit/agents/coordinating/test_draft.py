@@ -140,6 +140,17 @@ def test_when_a_robot_comes_to_a_place_all_others_may_have_a_turn_again() -> Non
     assert draft.next(there, 0.0, others_may_come_back=False) == Give(3)
 
 
+def test_of_robots_that_all_had_a_turn_in_vain_the_last_is_the_first_behind_another_strand() -> None:
+    """In a queue, only the last has room to move; once it has come in, the one before it has."""
+    there = reports(QUEUE)
+    draft = settled(drafted(), there)
+    for robot in (2, 3):
+        assert draft.next(there, 0.0, others_may_come_back=False) == Give(robot)
+        draft.end_turn(robot, placed=False)
+    draft.end_turn(4, placed=True)
+    assert draft.next(there, 0.0, others_may_come_back=False) == Give(3)
+
+
 def test_a_draft_is_done_when_all_are_in_place() -> None:
     there = reports(QUEUE)
     draft = settled(drafted(), there, 2, 3, 4)
@@ -166,7 +177,7 @@ def test_where_nobody_finds_a_way_the_last_in_place_makes_way_once_and_has_a_tur
         assert isinstance(give, Give)
         given.append(give.robot)
         draft.end_turn(give.robot, placed=False)
-    assert given == [3, 4, 2]
+    assert given == [4, 3, 2]
 
 
 def test_a_leader_that_stands_alone_takes_one_step_to_where_others_can_come() -> None:
