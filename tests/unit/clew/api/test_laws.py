@@ -50,18 +50,18 @@ def at_random(seen: clew.Seen) -> clew.Step | None:
 
 
 @pytest.mark.parametrize(
-    ("law", "scenario", "reason", "steps"),
+    ("law", "scenario", "seed", "reason", "steps"),
     [
-        (at_the_nearest, "grove", "no_route: the leader lost its route", 1),
-        (at_random, "grove", "no_route: the leader lost its route", 8),
-        (at_random, "paper", "every living robot has arrived", 10),  # without a goal: after so many steps
+        (at_the_nearest, "grove", 1, "no_route: the leader lost its route", 1),
+        (at_random, "grove", 3, "no_route: the leader lost its route", 8),
+        (at_random, "paper", 1, "every living robot has arrived", 10),  # without a goal: after so many steps
     ],
 )
 def test_a_law_that_drives_at_obstacles_keeps_the_clearance(
-    law: clew.Law, scenario: str, reason: str, steps: int, tmp_path: Path
+    law: clew.Law, scenario: str, seed: int, *, reason: str, steps: int, tmp_path: Path
 ) -> None:
     clew.register_law("mine", law)
-    run = clew.rehearse(scenario, robots=3, law="mine", out=tmp_path / "run")
+    run = clew.rehearse(scenario, robots=3, seed=seed, law="mine", out=tmp_path / "run")
     assert run.verdict is not None
     assert (run.verdict.law, run.verdict.violations) == ("mine", 0)
     assert run.verdict.reason.startswith(reason)
