@@ -9,8 +9,7 @@ Rule 3: if only the strand itself is in the way, the leader waits until the stra
         not help, the strand turns round (`DeadEnd`).
 Rule 4: if there is no way, the leader reports it (`NoStep`) and does not wander in search of one. If no
         obstacle moves, planning from one place again and again counts as wandering (not by the paper's laws).
-Rule 5: where bodies may have moved and no way is left, the map is cleared, once per epoch, and the leader
-        looks again: no leader gives up on a map that shows where others stood.
+Rule 5: where bodies may have moved and no way is left, the map is cleared, once per epoch.
 Rule 6: where obstacles move, a step keeps off all ground that they can reach while a motion has to be safe
         (`Mission.watch_s`). If that leaves no way past what stands, it plans a step that keeps off only what
         they can reach in one *moment* (docs/words.md): the body then drives by moments
@@ -290,7 +289,7 @@ class Leader:
         back_to_m = way_back_m(ground, self._mission.obstacle_keep_m, reachable)
         return DeadEnd(0.0 if back_to_m is None else back_to_m)
 
-    def _no_way(self, reason: str, *, everywhere: bool = False) -> NoStep | Wait:
+    def _no_way(self, reason: str, *, everywhere: bool = False) -> NoStep:
         """Report that no way is left. Where obstacles move, refused spots may be free at the next scan.
 
         They are reopened only here: a spot that reopens with every scan is approached and refused for ever.
@@ -301,7 +300,6 @@ class Leader:
         if self._bodies_may_move and not self._forgot:
             self._forgot = True
             self.map.forget()
-            return Wait()
         return NoStep(reason, everywhere)
 
     @property

@@ -94,15 +94,10 @@ def plan(
     *,
     at: Pose = ORIGIN,
     settled: bool = True,
-    bodies_may_move: bool = False,
 ) -> Plan:
     """The leader's plan among these shapes; it may scan again for a closer look."""
-
-    def planned_from(seen: View) -> Plan:
-        return leader.plan(seen, ground, epoch=1, settled=settled, bodies_may_move=bodies_may_move)
-
     seen = look_around(shapes, mission, at)
-    while isinstance(planned := planned_from(seen), LookCloser):
+    while isinstance(planned := leader.plan(seen, ground, epoch=1, settled=settled), LookCloser):
         seen = look_around(shapes, mission, at, revolutions=closer(mission, len(seen.ranges_m)) or 1)
     return planned
 

@@ -88,15 +88,13 @@ def test_if_only_the_strand_is_in_the_way_the_leader_waits_then_turns_it_round()
     assert answers == [Wait(), DeadEnd(back_to_m=0.0)]
 
 
-def ring() -> list[Shape]:
-    """Posts all around, with no way between them."""
-    return [Circle(centre_m=(math.cos(0.3 * k), math.sin(0.3 * k)), radius_m=0.2) for k in range(21)]
-
-
 def test_a_leader_alone_neither_waits_nor_turns_round() -> None:
+    ring: list[Shape] = [
+        Circle(centre_m=(math.cos(0.3 * k), math.sin(0.3 * k)), radius_m=0.2) for k in range(21)
+    ]
     mission = to(3.0, 0.0)
     for settled in (False, True):
-        assert isinstance(plan(Leader(mission, ORIGIN), ring(), mission, alone(), settled=settled), NoStep)
+        assert isinstance(plan(Leader(mission, ORIGIN), ring, mission, alone(), settled=settled), NoStep)
 
 
 def test_a_leader_whose_steps_all_lead_back_to_one_place_reports_no_way() -> None:
@@ -105,16 +103,6 @@ def test_a_leader_whose_steps_all_lead_back_to_one_place_reports_no_way() -> Non
     answers = [plan(leader, [], mission, alone()) for _ in range(AGAIN_MAX + 1)]
     assert [isinstance(answer, StepPlanned) for answer in answers] == [True] * AGAIN_MAX + [False]
     assert isinstance(answers[-1], NoStep)
-
-
-@pytest.mark.parametrize(("moved", "first"), [(True, Wait), (False, NoStep)])
-def test_a_leader_looks_again_before_it_gives_up_on_a_map_that_may_show_where_bodies_stood(
-    first: type, *, moved: bool
-) -> None:
-    mission = to(3.0, 0.0)
-    leader = Leader(mission, ORIGIN)
-    answers = [plan(leader, ring(), mission, alone(), bodies_may_move=moved) for _ in range(2)]
-    assert [type(answer) for answer in answers] == [first, NoStep]
 
 
 def test_a_leader_whose_steps_gain_the_minimum_goes_on() -> None:
