@@ -21,7 +21,7 @@ from agents.navigation import guidance, step
 from agents.navigation.scan import View
 from agents.strand import leader
 from clew.bench.result import Aim, Figure, figure
-from clew.bench.textbook import Textbook
+from clew.bench.planners.textbook import Textbook
 from clew.percentiles import percentile
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.mission import Mission

@@ -106,7 +106,7 @@ def _peers() -> "Peers":
 
 def _grown(sizes: Sequence[int], runs: int) -> "Iterator[tuple[int, list[PlanFigures]]]":
     """All plans in maps of these sizes."""
-    from clew.bench.growing import field, samples, views
+    from clew.bench.planners.growing import field, samples, views
     from clew.bench.plan import figures
 
     if sizes:

@@ -12,7 +12,7 @@ from agents.navigation.scan import View
 from agents.strand.leader import Leader
 from clew.bench.plan import PARTS, SEED, Sample, Stopwatch, common, figures, samples
 from clew.bench.planners.window import Window
-from clew.bench.textbook import Textbook
+from clew.bench.planners.textbook import Textbook
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.arrays import Floats, scan_bearings_rad
 from protocol.root import ROOT

@@ -14,7 +14,7 @@ from agents.navigation.ground import Ground
 from agents.navigation.scan import View, view
 from agents.strand.leader import Leader
 from clew.bench.plan import Clock, Sample
-from clew.bench.textbook import Textbook
+from clew.bench.planners.textbook import Textbook
 from clew.fields.field import Field, scene
 from clew.fields.kinds import Kind
 from protocol.arrays import scan_bearings_rad, xy
