@@ -17,11 +17,11 @@ from typing import Any, Protocol
 
 from msgspec import Struct
 
-from agents.navigation import guidance, step
+from agents.navigation import guidance, record, step
 from agents.navigation.scan import View
 from agents.strand import leader
-from clew.bench.result import Aim, Figure, figure
 from clew.bench.planners.textbook import Textbook
+from clew.bench.result import Aim, Figure, figure
 from clew.percentiles import percentile
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.mission import Mission
@@ -42,7 +42,7 @@ PARTS: Mapping[str, Sequence[tuple[Any, str]]] = {
         (guidance.CostToGo, "at"),
         (guidance.CostToGo, "way_from"),
     ),
-    "record": ((leader, "promised_clearance_m"),),
+    "record": ((record, "promised_clearance_m"),),
 }
 
 

@@ -106,8 +106,8 @@ def _peers() -> "Peers":
 
 def _grown(sizes: Sequence[int], runs: int) -> "Iterator[tuple[int, list[PlanFigures]]]":
     """All plans in maps of these sizes."""
-    from clew.bench.planners.growing import field, samples, views
     from clew.bench.plan import figures
+    from clew.bench.planners.growing import field, samples, views
 
     if sizes:
         scenario = field()

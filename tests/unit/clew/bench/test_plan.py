@@ -11,8 +11,8 @@ from agents.navigation.guidance import CELLS_PER_KEEP
 from agents.navigation.scan import View
 from agents.strand.leader import Leader
 from clew.bench.plan import PARTS, SEED, Sample, Stopwatch, common, figures, samples
-from clew.bench.planners.window import Window
 from clew.bench.planners.textbook import Textbook
+from clew.bench.planners.window import Window
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.arrays import Floats, scan_bearings_rad
 from protocol.root import ROOT

@@ -7,8 +7,8 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from clew.bench.planners.growing import PLANS, field, samples, views
 from clew.bench.plan import Planner, Sample, common, figures, peer_plan
+from clew.bench.planners.growing import PLANS, field, samples, views
 from clew.bench.planners.window import PERIOD_S, Window
 from protocol.frames import Point
 from protocol.mission import Mission
