@@ -85,6 +85,8 @@ OF_VIEWS = (
         "world/bodies/fence.py",
         "return is_tie and epoch.robot > now.epoch.robot",
         "return is_tie and epoch.robot >= now.epoch.robot",
+        check="tests/unit/world/bodies/test_fence.py::"
+        "test_the_higher_number_wins_within_a_generation_while_no_turn_was_taken",
     ),
     mutant(
         "raises-over-stop",
