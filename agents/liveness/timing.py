@@ -8,9 +8,7 @@ from dataclasses import dataclass, replace
 from protocol.mission import Mission
 
 ODOMETRY_S = 0.1  # the world's period
-PLACED_S = (
-    120.0  # a robot finds its way to its place: two turns of a minute in ground 4 m by 4 m full of dead ends
-)
+PLACED_S = 120.0  # two turns of a minute: what a robot took to its place among the dead ends of `comb` 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
