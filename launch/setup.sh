@@ -92,7 +92,7 @@ clew_install() {
     if command -v uv >/dev/null; then
         [[ -w ${HOME-} ]] || local -x UV_CACHE_DIR=${UV_CACHE_DIR-$clew_venv/cache} # without a home, uv ends
         uv venv --quiet --no-project --allow-existing --python "$base" "$clew_venv" &&
-            uv pip install --quiet --python "$python" "${pinned[@]}" &&
+            uv pip install --quiet --compile-bytecode --python "$python" "${pinned[@]}" &&
             uv pip install --quiet --python "$python" "${ours[@]}"
     else
         "$base" -m venv "$clew_venv" &&
