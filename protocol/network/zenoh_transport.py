@@ -180,7 +180,8 @@ class ZenohTransport:
                     subscriber.undeclare()  # type: ignore[no-untyped-call]  # Zenoh gives it no type
         self._deafness.forget_others(patterns)
         self._unlisted &= self._watches.keys()
-        self._inbox.append(_Listed(None), 0)
+        if not self._unlisted:
+            self._inbox.append(_Listed(None), 0)
 
     def _watch(self, pattern: str) -> None:
         callback = Callback(self.take_token, indirect=False)
