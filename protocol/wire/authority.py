@@ -14,10 +14,11 @@ Rule 5: a robot itself keeps `keep_m` from ground that robots behind it may driv
 """
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 from protocol.path import Path
-from protocol.sweep import TOUCHING_M, distance_m, free_way_m
+from protocol.sweep import TOUCHING_M, Place, distance_m, free_way_m
 
 
 def claim_m(
@@ -53,8 +54,16 @@ def authority_m(path: Path, *, from_m: float, progress_m: float, keep_m: float) 
         keep_m: least distance between the centres of two robots.
     """
     ground = path.corners(progress_m, path.end_m)
-    s_m = min(from_m, progress_m)
-    for corner, following in pairwise(path.corners(s_m, progress_m)):
+    stopped_m, s_m = -math.inf, min(from_m, progress_m)
+    while s_m - stopped_m > TOUCHING_M:  # a way that only touches that ground goes on from where it touches
+        stopped_m, s_m = s_m, _free_until_m(path, s_m, progress_m, ground, keep_m)
+    return s_m
+
+
+def _free_until_m(path: Path, from_m: float, to_m: float, ground: Sequence[Place], keep_m: float) -> float:
+    """How far one look from `from_m` shows that the path keeps its distance from the ground [m]."""
+    s_m = from_m
+    for corner, following in pairwise(path.corners(from_m, to_m)):
         if distance_m(corner, ground) < keep_m - TOUCHING_M:
             break
         free_m = free_way_m(corner, following, ground, keep_m)

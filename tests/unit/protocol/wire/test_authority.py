@@ -1,7 +1,7 @@
 """Grants on winding paths, judged by shapely."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -73,6 +73,19 @@ def test_a_grant_is_as_long_as_possible(granter: Granter) -> None:
     granted_m = granter.grants_m()
     more = granter.granted(granted_m + FURTHER_M)
     assert more.distance(granter.ground()) <= granter.keep_m + ROUNDING_M
+
+
+@given(st.floats(0.0, 2.0 * math.pi), st.floats(0.1, 0.6))
+def test_a_second_look_grants_no_more_where_the_path_touches_the_granters_ground(
+    bearing_rad: float, keep_m: float
+) -> None:
+    c, s = math.cos(bearing_rad), math.sin(bearing_rad)
+    corners = [(-2.0, 0.0), (1.0, 0.0), (1.0, keep_m + 1.0), (0.0, keep_m + 0.6), (0.0, keep_m)]
+    path = along([(c * x_m - s * y_m, s * x_m + c * y_m) for x_m, y_m in corners])
+    first = Granter(path, 0.0, path.end_m - 0.5, keep_m)
+    granted_m = first.grants_m()
+    assert granted_m > 3.0, "it ends on the way back, not where the path touches the ground"
+    assert replace(first, tail_m=granted_m).grants_m() == pytest.approx(granted_m, abs=FURTHER_M)
 
 
 @given(granters())
