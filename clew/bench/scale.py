@@ -181,6 +181,9 @@ class ScaleRun(Struct, frozen=True, kw_only=True):
     """The same in simulated time."""
     standing: Spell | None
     driving: Spell | None
+    is_cut_short: bool = False
+    """Whether it was told to end while it drove: then nothing is said of its arrival."""
+    violations: int = 0
     speed_reached: float | None
     ticks_late: Late | None
     deaths: int
@@ -191,6 +194,11 @@ class ScaleRun(Struct, frozen=True, kw_only=True):
     """Of wall-clock time."""
     load: tuple[float, float]
     """The machine's load average, before and after."""
+
+    @property
+    def is_good(self) -> bool:
+        """Whether it has kept all its promises; arrival is one, if it was not told to end before."""
+        return self.violations == 0 and self.deaths == 0 if self.is_cut_short else self.ok
 
     def pss_mb(self, how: Doing) -> float | None:
         """The memory of a robot at the end of that time."""
@@ -248,8 +256,9 @@ def _of_size(runs: Sequence[ScaleRun], few: Sequence[ScaleRun]) -> list[Figure]:
         )
         for how in ("standing", "driving")
     ]
-    verdicts = [float(run.ok) for run in runs]
-    return [*told, figure(f"{robots} robots: verdict ok", "", verdicts, aim=Aim(at_least=1.0))]
+    verdicts = [float(run.is_good) for run in runs]
+    name = "no promise broken, nobody held for dead" if runs[0].is_cut_short else "verdict ok"
+    return [*told, figure(f"{robots} robots: {name}", "", verdicts, aim=Aim(at_least=1.0))]
 
 
 def _or_never(values: Sequence[float | None]) -> list[float]:
@@ -266,6 +275,7 @@ def scale_run(
     said: str,
     standing: Spell | None,
     driving: Spell | None,
+    is_cut_short: bool = False,
     load: tuple[float, float],
 ) -> ScaleRun:
     """What became of one fleet; `began_s` is when its launcher was started [s since 1970]."""
@@ -284,6 +294,8 @@ def scale_run(
         formed_sim_s=progress.formed_s,
         standing=standing,
         driving=driving,
+        is_cut_short=is_cut_short and verdict is not None,
+        violations=0 if verdict is None else verdict.violations,
         speed_reached=None if verdict is None else verdict.speed_reached,
         ticks_late=None if verdict is None else verdict.ticks_late,
         deaths=0 if verdict is None else len(verdict.deaths),

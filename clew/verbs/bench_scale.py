@@ -41,6 +41,11 @@ LOOK_S = 1.0  # between two looks at all processes: one at 1,000 of them takes 0
     show_default=True,
     help="Simulated seconds for which a fleet stands when it has formed.",
 )
+@click.option(
+    "--drive-s",
+    type=click.FloatRange(0.0, min_open=True),
+    help="Simulated seconds after which a fleet that drives is told to end; default: it arrives.",
+)
 @click.option("--keep", type=click.Path(path_type=Path), help="Folder to keep the runs in.")
 @AS_JSON
 @click.pass_context
@@ -51,13 +56,15 @@ def scale(
     fleets: tuple[int, ...],
     speed: float,
     stand_s: float,
+    drive_s: float | None,
     keep: Path | None,
     as_json: bool,
 ) -> None:
     """Run fleets of real processes, one after the other, and measure memory, processor time and lateness.
 
     Each is a queue that drives over open ground with some posts. Default: 5, 50, 200, 500 and 1000 robots; a
-    size that is given twice runs twice. Exits with 1 when a verdict is not ok.
+    size that is given twice runs twice. Exits with 1 when a verdict is not ok; with --drive-s, when a promise
+    is broken.
     """
     from clew.bench.scale import FLEETS, figures
 
@@ -70,23 +77,24 @@ def scale(
     with tempfile.TemporaryDirectory(prefix="clew-scale.") as temporary:
         folder = Path(temporary) if keep is None else keep
         for robots in fleets or FLEETS:
-            runs.append(_run(robots, speed, stand_s, folder / f"{robots}-{len(runs) + 1}"))
+            runs.append(_run(robots, speed, stand_s, drive_s, folder / f"{robots}-{len(runs) + 1}"))
             click.echo(f"{robots} robots: {runs[-1].reason}", err=True)
     if as_json:
         begun.say_json(figures(runs), runs)
     else:
         print_figures(f"Fleets of real processes on {os.cpu_count()} cores", figures(runs))
-    ctx.exit(ExitCode.OK if all(run.ok for run in runs) else ExitCode.FAILED)
+    ctx.exit(ExitCode.OK if all(run.is_good for run in runs) else ExitCode.FAILED)
 
 
-def _run(robots: int, speed: float, stand_s: float, folder: Path) -> "ScaleRun":
+def _run(robots: int, speed: float, stand_s: float, drive_s: float | None, folder: Path) -> "ScaleRun":
     from clew.bench.live import SEED, LiveFleet, load
     from clew.bench.scale import queue_before_posts, scale_run
 
     load_before = load()
     fleet = LiveFleet(queue_before_posts(robots, seed=SEED), folder, speed=speed)
     try:
-        standing, driving = _watch(fleet, stand_s)
+        standing, driving = _watch(fleet, stand_s, drive_s)
+        is_cut_short = drive_s is not None and driving is not None and driving.sim_s >= drive_s
     finally:
         ended, verdict = fleet.end()
     return scale_run(
@@ -98,12 +106,13 @@ def _run(robots: int, speed: float, stand_s: float, folder: Path) -> "ScaleRun":
         said=ended.said[-1] if ended.said else "it said nothing",
         standing=standing,
         driving=driving,
+        is_cut_short=is_cut_short,
         load=(load_before, load()),
     )
 
 
-def _watch(fleet: "LiveFleet", stand_s: float) -> "tuple[Spell | None, Spell | None]":
-    """Let it form, stand and drive to its goal; returns what it used while it stood, and drove."""
+def _watch(fleet: "LiveFleet", stand_s: float, drive_s: float | None) -> "tuple[Spell | None, Spell | None]":
+    """Let it form, stand and drive, to its goal or for so long; returns what it used meanwhile."""
     standing: Spell | None = None
     if not fleet.until(lambda: fleet.progress.joined >= fleet.robots, fleet.start_s_max):
         return None, None
@@ -115,7 +124,9 @@ def _watch(fleet: "LiveFleet", stand_s: float) -> "tuple[Spell | None, Spell | N
         except UsageError:  # it is over already
             return standing, None
         fleet.until(lambda: fleet.progress.joined >= 2 * fleet.robots, fleet.start_s_max)
-    return standing, _spell(fleet, lambda _: False)
+    return standing, _spell(
+        fleet, lambda since_s: drive_s is not None and fleet.progress.now_s >= since_s + drive_s
+    )
 
 
 def _spell(fleet: "LiveFleet", is_over: "Callable[[float], bool]") -> "Spell | None":
