@@ -7,11 +7,12 @@ Rule 2: the robot next in the strand is the nearest one that is left (III-C).
 Rule 3: robots that have not left their places in a former strand keep their order. The others come behind
         them; but others that stand in front come in front, if no robot has to move for that.
 Rule 4: after a leader has led in vain, the next leader is, of the robots that have not led yet, the one
-        nearest to the goal.
+        nearest to the goal; where all have led, the one that did so first: it may stand elsewhere now, and
+        so may those that stood in its way.
 """
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -104,7 +105,8 @@ def kept_order(places: Places, stayed: Sequence[int], front: Sequence[int]) -> t
     return (*front, *stayed[:-1], *chain(back, stayed[-1]))
 
 
-def other_order(places: Places, led: Collection[int], goal: Point | None) -> tuple[int, ...]:
-    """Rule 4; where all have led, all may again: a robot that stood in the way may have gone."""
+def other_order(places: Places, led: Sequence[int], goal: Point | None) -> tuple[int, ...]:
+    """Rule 4."""
     waiting = {robot: pose for robot, pose in places.items() if robot not in led}
-    return chain(places, nearest_to(goal, waiting or places))
+    first = nearest_to(goal, waiting) if waiting else next(robot for robot in led if robot in places)
+    return chain(places, first)

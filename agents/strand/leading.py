@@ -4,8 +4,8 @@ Rule 1: it plans only where the path ends. If its body stands elsewhere, it want
 Rule 2: where the only way leads back, it wants the strand to turn round, `TURNS_MAX` times at most without a
         step towards the goal between them.
 Rule 3: where it knows no way on, and the strand has lost robots, it wants another robot to lead. The route is
-        lost if `LEADERS_MAX` robots have led in vain, or all, or this one before. It is also lost if another
-        robot has led in vain, and the map shows this one no way from any place of the strand. A strand that
+        lost if `LEADERS_MAX` others have led in vain, or this one before. It is also lost if another robot
+        has led in vain, and the map shows this one no way from any place of the strand. A strand that
         has tried another leader does not turn round any more: any robot may lead. The first leader waits
         before it says that the route is lost, where bodies or obstacles may move away.
 Rule 4: after each step that it gives up, but the first ones in an epoch, it waits before it plans again, for
@@ -218,7 +218,7 @@ class Leading:
         """Rule 3."""
         led = self._strand.counters.led_in_vain
         is_sure = self._strand.robot in led or (everywhere and self._some_are_left_out and len(led) > 0)
-        if not self._has_lost_some or is_sure or len(led) + 1 >= min(LEADERS_MAX, self._mission.robots):
+        if not self._has_lost_some or is_sure or len(led) >= LEADERS_MAX:
             return self._lose(reason)
         self._wish = Wish(Cause.NO_WAY, reason)
         return []

@@ -20,6 +20,8 @@ from itertools import pairwise
 from protocol.path import Path
 from protocol.sweep import TOUCHING_M, Place, distance_m, free_way_m
 
+ROUNDING_M = 1e-6  # so little more is no way on, only the tolerance of what touches
+
 
 def claim_m(
     path: Path, *, progress_m: float, to_m: float, tail_m: float, granted_m: float, keep_m: float
@@ -54,9 +56,9 @@ def authority_m(path: Path, *, from_m: float, progress_m: float, keep_m: float) 
         keep_m: least distance between the centres of two robots.
     """
     ground = path.corners(progress_m, path.end_m)
-    stopped_m, s_m = -math.inf, min(from_m, progress_m)
-    while s_m - stopped_m > TOUCHING_M:  # a way that only touches that ground goes on from where it touches
-        stopped_m, s_m = s_m, _free_until_m(path, s_m, progress_m, ground, keep_m)
+    s_m = min(from_m, progress_m)
+    while (further_m := _free_until_m(path, s_m, progress_m, ground, keep_m)) > s_m + ROUNDING_M:
+        s_m = further_m  # from where a way only touches that ground, it may go on
     return s_m
 
 

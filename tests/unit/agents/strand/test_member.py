@@ -215,9 +215,9 @@ def test_after_as_many_dissolutions_a_leader_whose_way_is_clear_goes_on() -> Non
 
 @pytest.mark.parametrize(
     ("in_vain", "heals", "cause"),
-    [((), 1, Cause.NO_WAY), ((3,), 1, Cause.NO_WAY), ((3, 2), 1, None), ((), 0, None)],
+    [((), 1, Cause.NO_WAY), ((3, 2), 1, Cause.NO_WAY), ((1, 3, 2), 1, None), ((), 0, None)],
 )
-def test_a_leader_that_knows_no_way_on_after_a_loss_wants_another_to_lead_unless_all_have(
+def test_a_leader_that_knows_no_way_on_after_a_loss_wants_another_to_lead_unless_it_led_before(
     in_vain: tuple[int, ...], heals: int, cause: Cause | None
 ) -> None:
     mission = replace(MISSION, law="printed")  # without two obstacles in sight, this law knows no way
