@@ -33,7 +33,7 @@ class Deafness:
     @property
     def is_alone(self) -> bool:
         """Whether it has seen tokens of other processes and sees none now."""
-        return self._has_seen_others and not self._shown - {self._own}
+        return self._has_seen_others and self._shown <= {self._own}
 
     def see(self, key: str, *, shown: bool) -> None:
         """A token has appeared or vanished."""

@@ -12,7 +12,7 @@ Rule 6: rules are active by the newest odometry time that has arrived, even in a
 
 import heapq
 import time
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
 
@@ -56,6 +56,7 @@ class FaultyTransport(AroundTransport):
         self._conditions = conditions
         self._keys = keys
         self._name = name
+        self._odometry_key = keys.odometry(name)
         self._note = note
         self.now_s = 0.0
         """The newest odometry time that has arrived (rule 6)."""
@@ -96,33 +97,39 @@ class FaultyTransport(AroundTransport):
             wait_s = None if next_s == inf else max(0.0, next_s - time.monotonic())
             raw = await self._inner.arrivals(wait_s)
             _take_time(self.faults.slow_s / self._conditions.speed)
-            listed = [arrival for arrival in raw if isinstance(arrival, Listed)]
-            affected = [each for arrival in raw if arrival not in listed for each in self._affect(arrival)]
+            affected, listed = list[Arrival](), list[Arrival]()
+            for arrival in raw:
+                if isinstance(arrival, Listed):
+                    listed.append(arrival)
+                else:
+                    affected += self._affect(arrival)
             affected += [*self._released(), *self._look_at_tokens(), *listed]
             if affected or time.monotonic() >= until_s:
                 return affected
 
-    def _affect(self, arrival: Arrival) -> Iterator[Arrival]:
+    def _affect(self, arrival: Arrival) -> Iterable[Arrival]:
         """The arrivals that follow at once; delayed ones are kept until they are due."""
         match arrival:
-            case Appeared(key):
-                self._tokens.setdefault(key, False)
-            case Vanished(key):
-                if self._tokens.pop(key, False):
-                    yield arrival
             case Heard(key, message=Faults() as faults):
                 if key == self._keys.fault(self._name):
                     self.have(faults)
             case Heard(key, number, message):
-                if isinstance(message, Odometry) and key == self._keys.odometry(self._name):
+                if isinstance(message, Odometry) and key == self._odometry_key:
                     self.tell_time(message.t_s)
-                yield from self._apply(arrival, message, self._effect(key, message, number))
+                if self._message_faults.is_empty:
+                    return (arrival,)
+                return self._apply(arrival, message, self._effect(key, message, number))
             case Asked(key, message):
                 effect = self._effect(key, message, 0)
                 # A query is answered once, even if a fault duplicates it.
-                yield from self._apply(arrival, message, Effect(effect.copies[:1], effect.injections))
+                return self._apply(arrival, message, Effect(effect.copies[:1], effect.injections))
+            case Appeared(key):
+                self._tokens.setdefault(key, False)
+            case Vanished(key):
+                return (arrival,) if self._tokens.pop(key, False) else ()
             case Refused() | Listed():
-                yield arrival
+                return (arrival,)
+        return ()
 
     def _effect(self, key: str, message: Message, number: int) -> Effect:
         if self._message_faults.is_empty:
@@ -155,6 +162,8 @@ class FaultyTransport(AroundTransport):
 
     def _look_at_tokens(self) -> Iterator[Arrival]:
         """Rule 4."""
+        if not self._message_faults.may_cut and all(self._tokens.values()):
+            return
         deaf = self._is_cut(self._name)
         for key, seen in self._tokens.items():
             visible = not deaf and not self._is_cut(self._keys.part(key, 1))

@@ -83,7 +83,7 @@ class Transport(Protocol):
         """Query the key; the reply arrives as `Heard`, or is lost: then ask again."""
 
     async def arrivals(self, timeout_s: float | None) -> Sequence[Arrival]:
-        """Wait for arrivals and return all of them; empty after the timeout."""
+        """Wait for arrivals and return all of them; empty after the timeout, and rarely before it."""
 
     def watch(self, patterns: Collection[str]) -> None:
         """Watch the tokens on these patterns from now on, and no others; `Listed` follows."""

@@ -21,6 +21,7 @@ import asyncio
 import contextlib
 import json
 import logging
+import time
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -31,7 +32,7 @@ from protocol.errors import MessageRefusedError, SessionLostError, UsageError
 from protocol.keys import matches
 from protocol.network.bounded import INBOX_BYTES_MAX, INBOX_CAPACITY
 from protocol.network.deafness import Deafness
-from protocol.network.inbox import Inbox
+from protocol.network.inbox import Alarm, Inbox
 from protocol.network.session import Session
 from protocol.network.settings import CONNECT_TIMEOUT_MS, REOPEN_TIMEOUT_MS, ask_timeout_ms, client_settings
 from protocol.network.traffic import Traffic
@@ -47,17 +48,20 @@ PULSE_S = 0.2  # wall: 1/5 of the silence after which a robot without a token is
 
 
 @dataclass(frozen=True, slots=True)
-class _Answer:
-    """The reply to a query of ours."""
+class _Sample:
+    """A message, or the reply to a query of ours."""
 
-    sample: zenoh.Sample
+    key: str
+    payload: bytes
+    is_answer: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class _Token:
     """A liveliness token that appeared or vanished."""
 
-    sample: zenoh.Sample
+    key: str
+    shown: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +72,7 @@ class _Listed:
     """None: there may be nothing to wait for."""
 
 
-_Raw = zenoh.Sample | zenoh.Query | _Answer | _Token | _Listed
+_Raw = _Sample | zenoh.Query | _Token | _Listed
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,11 +100,8 @@ class ZenohTransport:
         self._deafness = Deafness(declared.alive)
         self._pulse_key, self._pulse_at_s = declared.session.keys.pulse(declared.session.name), 0.0
         self._traffic = Traffic()
-        self._arrived = asyncio.Event()
-        loop = asyncio.get_running_loop()
-        self._inbox = Inbox[_Raw](
-            lambda: _wake(loop, self._arrived), capacity=INBOX_CAPACITY, bytes_max=INBOX_BYTES_MAX
-        )
+        self._alarm = Alarm(asyncio.get_running_loop())
+        self._inbox = Inbox[_Raw](self._alarm.ring, capacity=INBOX_CAPACITY, bytes_max=INBOX_BYTES_MAX)
 
     @property
     def traffic(self) -> Traffic:
@@ -140,17 +141,15 @@ class ZenohTransport:
 
     async def arrivals(self, timeout_s: float | None) -> Sequence[Arrival]:
         """Wait for arrivals and return all of them; empty after the timeout."""
-        await asyncio.sleep(0)  # a flood must not keep the loop's other tasks from running
-        raw: list[_Raw] = []
-        with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(timeout_s):
-                while not (raw := self._inbox.drain()):
-                    self._arrived.clear()  # it is set in this thread, so nothing can be missed here
-                    await self._arrived.wait()
-        now_s = asyncio.get_running_loop().time()
+        if len(self._inbox) == 0:
+            await self._alarm.wait(timeout_s)
+        else:
+            await asyncio.sleep(0)  # a flood must not keep the loop's other tasks from running
+        raw = self._inbox.drain()  # nothing is awaited from here on: a call that is cancelled loses nothing
+        now_s = time.monotonic()
         if not raw:
             self._test_session(now_s)
-        arrivals = [arrival for each in raw for arrival in self._arrived_as(each)]
+        arrivals = [arrival for each in raw if (arrival := self._arrived_as(each)) is not None]
         if self._deafness.is_alone and self._deafness.look(now_s, connected=self.router is not None):
             arrivals += self._reopen()
         return arrivals
@@ -223,11 +222,19 @@ class ZenohTransport:
 
     def take(self, raw: zenoh.Sample | zenoh.Query) -> None:
         """Called in Zenoh's thread: a message or a query has arrived."""
-        self._inbox.append(raw, _size_bytes(raw))
+        if isinstance(raw, zenoh.Query):
+            self._inbox.append(raw, len(str(raw.key_expr)) + (len(raw.payload) if raw.payload else 0))
+        else:
+            self._take(raw)
+
+    def _take(self, sample: zenoh.Sample, *, is_answer: bool = False) -> None:
+        key, payload = str(sample.key_expr), sample.payload.to_bytes()
+        self._inbox.append(_Sample(key, payload, is_answer), len(key) + len(payload))
 
     def take_token(self, sample: zenoh.Sample) -> None:
         """Called in Zenoh's thread: a liveliness token has appeared or vanished."""
-        self._inbox.append(_Token(sample), _size_bytes(sample))
+        key = str(sample.key_expr)
+        self._inbox.append(_Token(key, sample.kind == zenoh.SampleKind.PUT), len(key))
 
     def _take_listed(self, reply: zenoh.Reply) -> None:
         if reply.ok is not None:
@@ -235,41 +242,34 @@ class ZenohTransport:
 
     def _take_reply(self, reply: zenoh.Reply) -> None:
         if reply.ok is not None:  # an error means a timeout: there is no reply
-            self._inbox.append(_Answer(reply.ok), _size_bytes(reply.ok))
+            self._take(reply.ok, is_answer=True)
 
-    def _arrived_as(self, raw: _Raw) -> Iterator[Arrival]:
-        if not isinstance(raw, _Listed):
-            if not isinstance(raw, _Token) or self._is_watched(str(raw.sample.key_expr)):
-                yield self._arrival(raw)
-            return
-        waited = raw.pattern is None or raw.pattern in self._unlisted
-        self._unlisted -= {raw.pattern}
-        if waited and not self._unlisted:
-            yield Listed()
+    def _arrived_as(self, raw: _Raw) -> Arrival | None:
+        """What has arrived; None: a token that is not watched, or a list while others are to come."""
+        if isinstance(raw, _Listed):
+            waited = raw.pattern is None or raw.pattern in self._unlisted
+            self._unlisted -= {raw.pattern}
+            return Listed() if waited and not self._unlisted else None
+        if isinstance(raw, _Token) and not any(matches(pattern, raw.key) for pattern in self._watches):
+            return None
+        return self._arrival(raw)
 
-    def _is_watched(self, token: str) -> bool:
-        return any(matches(pattern, token) for pattern in self._watches)
-
-    def _arrival(self, raw: zenoh.Sample | zenoh.Query | _Answer | _Token) -> Arrival:
-        sample = raw.sample if isinstance(raw, _Answer | _Token) else raw
-        key = str(sample.key_expr)
+    def _arrival(self, raw: _Sample | zenoh.Query | _Token) -> Arrival:
+        key = str(raw.key_expr) if isinstance(raw, zenoh.Query) else raw.key
         try:
             _check_key(key)
             match raw:
-                case _Token():
-                    come = raw.sample.kind == zenoh.SampleKind.PUT
-                    self._deafness.see(key, shown=come)
-                    return Appeared(key) if come else Vanished(key)
+                case _Sample(_, payload, is_answer):
+                    number, message = decode(payload, key)
+                    if not is_answer:
+                        self._traffic.receive(key, number)
+                    return Heard(key, 0 if is_answer else number, message)
+                case _Token(_, shown):
+                    self._deafness.see(key, shown=shown)
+                    return Appeared(key) if shown else Vanished(key)
                 case zenoh.Query():
                     _, message = decode(raw.payload.to_bytes() if raw.payload else b"", key)
                     return Asked(key, message, lambda answer: _reply(raw, key, answer))
-                case _Answer():
-                    _, message = decode(raw.sample.payload.to_bytes(), key)
-                    return Heard(key, 0, message)
-                case _:
-                    number, message = decode(raw.payload.to_bytes(), key)
-                    self._traffic.receive(key, number)
-                    return Heard(key, number, message)
         except MessageRefusedError as error:
             self._traffic.refuse(key[:KEY_LENGTH_MAX])
             return Refused(key[:KEY_LENGTH_MAX], str(error))
@@ -313,15 +313,6 @@ def _connected(session: Session, timeout_ms: int) -> zenoh.Session:
         raise UsageError(
             f"no router answers at {' or '.join(session.endpoints)}, or it refuses {session.name}'s password"
         ) from error
-
-
-def _wake(loop: asyncio.AbstractEventLoop, arrived: asyncio.Event) -> None:
-    loop.call_soon_threadsafe(arrived.set)
-
-
-def _size_bytes(raw: zenoh.Sample | zenoh.Query) -> int:
-    """The size of what has arrived, with its key."""
-    return len(str(raw.key_expr)) + (0 if raw.payload is None else len(raw.payload))
 
 
 def _check_key(key: str) -> None:
