@@ -99,9 +99,14 @@ class Moves:
     def _places_m(self, instants_s: Floats) -> Floats:
         """Where all bodies were at these times; samples from before the last of them are dropped."""
         places_m = np.empty((len(instants_s), len(self._samples), 2))
+        last_s = instants_s[-1]
         for row, samples in enumerate(self._samples):
-            sampled = np.array(samples)
+            if len(samples) == 1:
+                places_m[:, row] = samples[0][1:]  # as most bodies of a large fleet: it stands
+                continue
+            later = bisect_right(samples, last_s, key=itemgetter(0))
+            sampled = np.array(samples[: later + 1])  # those of the next `LAG_S` are of no use here
             places_m[:, row, 0] = np.interp(instants_s, sampled[:, 0], sampled[:, 1])
             places_m[:, row, 1] = np.interp(instants_s, sampled[:, 0], sampled[:, 2])
-            del samples[: max(bisect_right(samples, instants_s[-1], key=itemgetter(0)) - 1, 0)]
+            del samples[: max(later - 1, 0)]
         return places_m
