@@ -1,9 +1,10 @@
 """A robot's inputs and decisions on disk: `inputs/r3-<incarnation>.clew` in the folder of the run.
 
-Rule 1: an input is written before the core handles it, and a decision before it has any effect, each in one
-        unbuffered write. So SIGKILL can only tear the last record, and every effect has its cause on disk.
+Rule 1: an input and the decision on it are written before the decision has any effect, both in one unbuffered
+        write: a robot that does nothing else pays most for writes. So SIGKILL can only tear the last two
+        records, and every effect has its cause on disk. An input on which a core was killed had no effect.
 Rule 2: the file is a stream of msgpack that is only appended to: the head, then inputs and decisions in turn,
-        then the reason for its end. It is packed by gzip as one stream, which is flushed after each record:
+        then the reason for its end. It is packed by gzip as one stream, which is flushed after each write:
         what repeats costs some bytes, and a killed process leaves what it has written. Older journals are not
         packed.
 Rule 3: its size is bounded: a full journal says so and records no more. It keeps the beginning, not the end,
@@ -108,6 +109,8 @@ class Journal:
         self._file = file
         self._left_bytes = size_bytes_max
         self._gzip = zlib.compressobj(LEVEL, zlib.DEFLATED, GZIP)
+        self._heard = b""
+        """The input that waits for the decision on it."""
 
     def begin(self, head: Head) -> None:
         """Write the head."""
@@ -119,12 +122,13 @@ class Journal:
         return self._file is not None
 
     def hear(self, given: Given, now_s: float) -> None:
-        """Write an input."""
+        """Keep an input, to be written with the decision on it."""
         if self.keeps:
-            self._write(Input(now_s, given.key, given.number, type(given.event).__name__, given.event))
+            kind = type(given.event).__name__
+            self._heard += packed(Input(now_s, given.key, given.number, kind, given.event))
 
     def decide(self, decision: Decision) -> None:
-        """Write the decision on the last input."""
+        """Write the last input and the decision on it."""
         self._write(decision)
 
     def end(self, why: str) -> None:
@@ -135,7 +139,8 @@ class Journal:
     def _write(self, record: _RECORD) -> None:
         if self._file is None:
             return
-        piece = self._gzip.compress(packed(record)) + self._gzip.flush(zlib.Z_SYNC_FLUSH)
+        content, self._heard = self._heard + packed(record), b""
+        piece = self._gzip.compress(content) + self._gzip.flush(zlib.Z_SYNC_FLUSH)
         self._left_bytes -= len(piece)
         if isinstance(record, End):
             piece += self._gzip.flush()

@@ -99,12 +99,12 @@ def test_a_full_journal_says_so_and_records_no_more(tmp_path: Path) -> None:
     with path.open("xb", buffering=0) as file:
         journal = Journal(file, size_bytes_max=2000)
         journal.begin(HEAD)
-        for _ in range(100):
+        for _ in range(1000):
             journal.hear(HEARD, 0.0)
             journal.decide(DECIDED)
     recording, turns = read(path)
     assert (recording.ended, recording.flaw) == ("full", None)
-    assert 0 < len(turns) < 100
+    assert 0 < len(turns) < 1000
     assert path.stat().st_size <= 2000 + 100, "the record that filled it, and its end"
 
 
@@ -157,13 +157,16 @@ def test_a_journal_is_never_overwritten(tmp_path: Path) -> None:
     assert path.read_bytes() == before
 
 
-def test_every_record_is_on_disk_as_soon_as_it_is_written(tmp_path: Path) -> None:
+def test_an_input_is_on_disk_as_soon_as_the_decision_on_it_is(tmp_path: Path) -> None:
     journal = open_journal(tmp_path, HEAD)
-    journal.hear(HEARD, 0.5)
+    for turn in (1, 2):
+        journal.hear(HEARD, 0.5 * turn)
+        journal.decide(DECIDED)
+        _, turns = read(tmp_path / "r3-0a1b.clew")
+        assert [each.input.now_s for each in turns] == [0.5, 1.0][:turn]
+        assert None not in [each.decision for each in turns]
+    journal.hear(HEARD, 1.5)
+    journal.end("the run is over")
     _, turns = read(tmp_path / "r3-0a1b.clew")
-    assert [turn.decision for turn in turns] == [None], "the input is on disk while the core decides"
-    journal.decide(DECIDED)
-    _, turns = read(tmp_path / "r3-0a1b.clew")
-    assert len(turns) == 1
-    assert turns[0].decision is not None
+    assert [each.decision is None for each in turns] == [False, False, True]
     journal.close()
