@@ -5,7 +5,7 @@ contains the run, so a late message of an earlier run has no receiver.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 WORLD = "world"
 WORLD_NUMBER = 0  # robots count from 1
@@ -25,17 +25,21 @@ def robot_number(name: str) -> int | None:
     return int(digits) if name[:1] == "r" and is_number else None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Keys:
     """The keys of one run of one fleet; `*` may stand for any sender or receiver."""
 
     fleet: str
     run: str
 
-    @property
+    @cached_property
     def root(self) -> str:
         """The prefix of all keys of the run."""
         return f"clew/{self.fleet}/{self.run}"
+
+    @cached_property
+    def _before(self) -> str:
+        return f"{self.root}/"
 
     def link(self, sender: str, receiver: str) -> str:
         """A robot's newest link state for one neighbour."""
@@ -91,7 +95,7 @@ class Keys:
 
     def behind_root(self, key: str) -> str:
         """A key without the prefix of the run, as in the message accounts."""
-        return key.removeprefix(self.root + "/")
+        return key.removeprefix(self._before)
 
     def part(self, key: str, index: int) -> str:
         """One chunk of a key, counted after the root: in `…/link/r1/r2`, chunk 1 is `r1`."""

@@ -131,7 +131,8 @@ class Shell:
         victim: Victim,
     ) -> None:
         self._robot, self._name = robot, robot_name(robot)
-        self._keys = session.keys
+        self._keys = keys = session.keys
+        self._odometry_key, self._logged_key = keys.odometry(self._name), keys.logged(self._name)
         self._transport = FaultyTransport(transport, conditions, self._keys, self._name, self._note)
         self._victim = victim
         self._incarnation = incarnation
@@ -277,11 +278,11 @@ class Shell:
     def _hear_world(self, arrivals: Sequence[Arrival]) -> None:
         for arrival in arrivals:
             match arrival:
-                case Heard(key, message=Odometry() as odometry) if key == self._keys.odometry(self._name):
+                case Heard(key, message=Odometry() as odometry) if key == self._odometry_key:
                     self._now_s = max(self._now_s, odometry.t_s)
                     self._phase = self._phase.later(odometry.phase)
                     self._world_silent_s, self._patience_s = 0.0, WORLD_SILENCE_S
-                case Heard(key, message=Logged() as logged) if key == self._keys.logged(self._name):
+                case Heard(key, message=Logged() as logged) if key == self._logged_key:
                     self._outbox.acknowledged(logged)
                 case Refused(key, reason):
                     self._note(MessageRefused(key=self._keys.behind_root(key), reason=reason))
@@ -344,7 +345,7 @@ class Shell:
 
     def _counted(self, counts: dict[str, int]) -> dict[str, int]:
         """Counts by the key without its root; the recorder's keys are counted separately."""
-        apart = (self._keys.log(self._name), self._keys.logged(self._name))
+        apart = (self._keys.log(self._name), self._logged_key)
         return {self._keys.behind_root(key): count for key, count in counts.items() if key not in apart}
 
 
