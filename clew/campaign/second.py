@@ -9,7 +9,7 @@ import msgspec
 
 from clew.judge.agree import disagreements
 from clew.judge.poses import judge
-from clew.judge.truth import read_run, scene_of
+from clew.judge.truth import read
 from clew.rehearsal.recorded import EPOCH
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.timeline import FaultInjected, PoseSampled
@@ -22,8 +22,7 @@ from world.scenario.scenario import Scenario
 def second_opinion(scenario: Scenario, rehearsal: Rehearsal, verdict: Verdict) -> str | None:
     """In what true poses contradict the verdict first; None: in nothing."""
     try:
-        run = read_run(_lines(scenario, rehearsal))
-        finding = judge(scene_of(run), run)
+        finding = judge(read(_lines(scenario, rehearsal)))
     except Exception as error:  # an episode has an outcome even if the judge has a bug
         return f"the second judge fails: {type(error).__name__}: {error}"
     return next(disagreements(finding, msgspec.to_builtins(verdict)), None)
@@ -31,7 +30,7 @@ def second_opinion(scenario: Scenario, rehearsal: Rehearsal, verdict: Verdict) -
 
 def _lines(scenario: Scenario, rehearsal: Rehearsal) -> Iterator[bytes]:
     header = header_of(scenario, rehearsal.plan, run="", seed=0, speed=None, started_at=EPOCH, hlc="")
-    yield msgspec.json.encode(header)
+    yield msgspec.json.encode(header) + b"\n"
     for source, entry in rehearsal.entries:
         if isinstance(entry.record, PoseSampled | FaultInjected):  # it reads no others
             yield line(source, entry)

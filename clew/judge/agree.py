@@ -7,25 +7,26 @@ Rule 2: a verdict says nothing better than true poses do. It may say worse, of w
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from clew.judge.poses import CLEARANCE, SEPARATION, Finding, Least
+from clew.judge.poses import CLEARANCE, ORDERS, SEPARATION, Finding, Least
 
+Verdict = Mapping[str, Any]
 APART_M = 1e-5  # an ellipse is a polygon here, and an iteration in the first judge
+LEAST = ("clearance", "moving_clearance", "separation")
 
 
-def disagreements(finding: Finding, verdict: Mapping[str, Any]) -> Iterator[str]:
+def disagreements(finding: Finding, verdict: Verdict) -> Iterator[str]:
     """In what `verdict.json` differs from true poses."""
-    lengths: dict[str, Least | None] = {
-        "clearance_m_min": finding.clearance,
-        "moving_clearance_m_min": finding.moving_clearance,
-        "separation_m_min": finding.separation,
-    }
-    if not verdict["ok"] and all(verdict[name] is None for name in lengths):
+    if not verdict["ok"] and all(verdict[f"{name}_m_min"] is None for name in LEAST):
         return  # a failed run that nobody could judge
-    for name, least in lengths.items():
-        said_m = verdict[name]
-        if (least is None) != (said_m is None) or (least and abs(least.distance_m - said_m) > APART_M):
-            yield f"{name} is {said_m}, by true poses {least}"
-    yield from _miscounted(finding, verdict["violations_by_invariant"])
+    for name in LEAST:
+        yield from _differs(f"{name}_m_min", verdict, getattr(finding, name))
+    for promise in (CLEARANCE, SEPARATION, ORDERS):
+        count = verdict["violations_by_invariant"].get(promise[:2])
+        broken = [each for each in finding.broken if each.startswith(promise)]
+        if broken and not count:
+            yield f"{promise} counts as kept, by true poses {broken[0].partition(': ')[2]}"
+        if count and not broken and promise != ORDERS:
+            yield f"{promise} counts as broken, by true poses it is not"
     if verdict["ok"]:
         yield from (f"ok, by true poses {each}" for each in finding.missed)
     if verdict["goal_reached"] and not finding.reached:
@@ -34,13 +35,20 @@ def disagreements(finding: Finding, verdict: Mapping[str, Any]) -> Iterator[str]
         yield f"robots_arrived is {verdict['robots_arrived']}, by true poses {len(finding.chain)}"
 
 
-def _miscounted(finding: Finding, counts: Mapping[str, int]) -> Iterator[str]:
-    """In which promises they differ."""
-    for promise, count in counts.items():
-        broken = [each for each in finding.broken if each.startswith(f"{promise} ")]
-        if broken and not count:
-            named, _, how = broken[0].partition(": ")
-            yield f"{named} counts as kept, by true poses {how}"
-        for each in (CLEARANCE, SEPARATION):
-            if each.startswith(promise) and count and not broken:
-                yield f"{each} counts as broken, by true poses it is not"
+def differences(near: list[Least], findings: Mapping[str, Finding], verdict: Verdict) -> Iterator[str]:
+    """In what `verdict.json` of a run with several fleets differs from true poses."""
+    contacts = [each for each in near if each.distance_m <= 0.0]
+    yield from _differs("between_m_min", verdict, near[0] if near else None)
+    if bool(contacts) != bool(verdict["contact_count"]):
+        yield f"contact_count is {verdict['contact_count']}, by true poses {len(contacts)}"
+    if verdict["fleets"].keys() != findings.keys():
+        yield f"fleets are {', '.join(verdict['fleets'])}, by their folders {', '.join(findings)}"
+    if verdict["ok"]:
+        yield from (f"ok, by true poses {each}" for each in contacts)
+        yield from (f"ok, by true poses not {name}" for name, each in findings.items() if not each.ok)
+
+
+def _differs(name: str, verdict: Verdict, least: Least | None) -> Iterator[str]:
+    said_m = verdict[name]
+    if (least is None) != (said_m is None) or (least and abs(least.distance_m - said_m) > APART_M):
+        yield f"{name} is {said_m}, by true poses {least}"

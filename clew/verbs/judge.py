@@ -1,6 +1,5 @@
 """`clew judge`: judges a run a second time, by true poses and the scene alone."""
 
-import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,7 @@ from clew.verbs.say import say, say_json
 from protocol.errors import UsageError
 
 if TYPE_CHECKING:
-    from clew.judge.poses import Finding
+    from clew.verbs.judged import Judged
 
 
 @click.command("judge")
@@ -37,7 +36,7 @@ def judge_verb(ctx: click.Context, run: Path, scene: Path | None, *, as_json: bo
     try:
         ok = _judge_all(run, fleets, as_json=as_json) if fleets else _judge_one(run, scene, as_json=as_json)
     except OSError as error:
-        raise UsageError(f"{run}: cannot be read: {error.strerror}") from error
+        raise UsageError(f"{error.filename or run}: cannot be read: {error.strerror}") from error
     ctx.exit(0 if ok else 1)
 
 
@@ -46,9 +45,9 @@ def _judge_one(run: Path, scene: Path | None, *, as_json: bool) -> bool:
 
     one = judged(run, scene)
     if as_json:
-        say_json({"ok": one.ok, **dataclasses.asdict(one.finding), "disagreements": one.wrong})
+        say_json(one.said())
     else:
-        _print(one.finding, one.wrong, ok=one.ok)
+        _print(one)
     return one.ok
 
 
@@ -57,28 +56,29 @@ def _judge_all(run: Path, fleets: list[str], *, as_json: bool) -> bool:
     from clew.verbs.judged import judged, judged_between
 
     each = {name: judged(run / name, None) for name in fleets}
-    between, wrong = judged_between(run, each)
-    ok = between.ok and not wrong and all(one.ok for one in each.values())
+    near, wrong = judged_between(run, each)
+    contacts = [str(least) for least in near if least.distance_m <= 0.0]
+    ok = not contacts and not wrong and all(one.ok for one in each.values())
     if as_json:
-        said = {name: {"ok": one.ok, **dataclasses.asdict(one.finding)} for name, one in each.items()}
-        say_json({"ok": ok, "fleets": said, **dataclasses.asdict(between), "disagreements": wrong})
+        said = {name: one.said() for name, one in each.items()}
+        nearest = near[0] if near else None
+        say_json({"ok": ok, "fleets": said, "nearest": nearest, "contacts": contacts, "disagreements": wrong})
         return ok
     for name, one in each.items():
         say(f"fleet {name}:")
-        _print(one.finding, one.wrong, ok=one.ok)
-    say(f"nearest between fleets: {between.nearest or 'none'}")
-    for contact in between.contacts:
+        _print(one)
+    say(f"nearest between fleets: {near[0] if near else 'none'}")
+    for contact in contacts:
         say(f"contact: {contact}")
-    for difference in wrong or ():
-        say(f"the verdict differs: {difference}")
-    say(f"{'OK' if ok else 'FAILED'}: {len(each)} fleets, {len(between.contacts)} contacts between them")
+    _print_differences(wrong)
+    say(f"{'OK' if ok else 'FAILED'}: {len(each)} fleets, {len(contacts)} contacts between them")
     return ok
 
 
-def _print(finding: "Finding", wrong: list[str] | None, *, ok: bool) -> None:
+def _print(one: "Judged") -> None:
+    finding = one.finding
     for name in ("clearance", "moving_clearance", "separation"):
-        least = getattr(finding, name)
-        say(f"least {name.replace('_', ' ')}: {'none' if least is None else least}")
+        say(f"least {name.replace('_', ' ')}: {getattr(finding, name) or 'none'}")
     for robot, (x_m, y_m) in finding.places_m.items():
         rank = f"{finding.chain.index(robot) + 1} in the chain" if robot in finding.chain else "in no chain"
         say(f"robot {robot} stands at ({x_m:.4f}, {y_m:.4f}), {rank}")
@@ -86,11 +86,15 @@ def _print(finding: "Finding", wrong: list[str] | None, *, ok: bool) -> None:
         say(f"nearest to the goal: {finding.goal_m:.4f} m")
     for each in (*finding.broken, *finding.missed):
         say(each)
-    for each in wrong or ():
-        say(f"the verdict differs: {each}")
+    _print_differences(one.wrong)
     agreed = (
-        "there is no verdict" if wrong is None else "the verdict differs" if wrong else "the verdict agrees"
+        "there is no verdict" if one.wrong is None else f"the verdict {'differs' if one.wrong else 'agrees'}"
     )
     kept = "broken" if finding.broken else "kept"
     arrived = "not arrived" if finding.missed else "arrived"
-    say(f"{'OK' if ok else 'FAILED'}: promises {kept}, {arrived}; {agreed}")
+    say(f"{'OK' if one.ok else 'FAILED'}: promises {kept}, {arrived}; {agreed}")
+
+
+def _print_differences(wrong: list[str] | None) -> None:
+    for each in wrong or ():
+        say(f"the verdict differs: {each}")

@@ -1,16 +1,16 @@
 """Reads the folder of a run, or of several fleets, and has it judged a second time. A shell."""
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass
+import tomllib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from clew.judge.agree import disagreements
-from clew.judge.between import Between, judge_between
-from clew.judge.between import disagreements as differences
-from clew.judge.poses import Finding, judge
-from clew.judge.truth import Run, Scene, UnreadableError, read_run, read_scene_file, scene_of
+from clew.judge.agree import differences, disagreements
+from clew.judge.poses import Finding, Least, judge, judge_between
+from clew.judge.truth import Truth, UnreadableError, read
 from protocol.errors import UsageError
 from protocol.files.opening import MADE_BYTES_MAX, open_regular, read_bytes
 from world.judge.verdict import VERDICT_FILE
@@ -21,8 +21,7 @@ from world.record.recorder import EVENTS_FILE
 class Judged:
     """What was found of one fleet."""
 
-    scene: Scene
-    run: Run
+    truth: Truth
     finding: Finding
     wrong: list[str] | None
     """In what the verdict differs; None: there is no verdict."""
@@ -32,6 +31,10 @@ class Judged:
         """Whether the fleet kept its promises and arrived, and the verdict says nothing else."""
         return self.finding.ok and not self.wrong
 
+    def said(self) -> dict[str, Any]:
+        """As `--json` says it."""
+        return {"ok": self.ok, **asdict(self.finding), "disagreements": self.wrong}
+
 
 def judged(run: Path, scene: Path | None) -> Judged:
     """Judge a run, given by its folder or its timeline; by its own scenario or by another file.
@@ -40,45 +43,40 @@ def judged(run: Path, scene: Path | None) -> Judged:
         UsageError: something in it cannot be read as what it should be.
         OSError: it cannot be read at all.
     """
-    folder = run if run.is_dir() else run.parent
+    folder, events = (run, run / EVENTS_FILE) if run.is_dir() else (run.parent, run)
     try:
-        with open_regular(run / EVENTS_FILE if run.is_dir() else run) as lines:
-            read = read_run(lines)
-        ground = scene_of(read, None if scene is None else read_scene_file(scene))
-        finding = judge(ground, read)
-        said = _verdict(folder)
-        wrong = None if said is None else list(disagreements(finding, said))
-        return Judged(scene=ground, run=read, finding=finding, wrong=wrong)
+        with open_regular(events) as lines:
+            truth = read(lines, None if scene is None else _content(scene))
     except UnreadableError as error:
         raise UsageError(f"{run}: {error}") from error
-    except KeyError as error:
-        raise UsageError(f"{folder / VERDICT_FILE}: lacks {error}") from error
+    finding = judge(truth)
+    return Judged(truth=truth, finding=finding, wrong=_wrong(folder, partial(disagreements, finding)))
 
 
-def judged_between(run: Path, fleets: Mapping[str, Judged]) -> tuple[Between, list[str] | None]:
+def judged_between(run: Path, fleets: Mapping[str, Judged]) -> tuple[list[Least], list[str] | None]:
     """Judge the fleets of a run against each other; also says in what the verdict on all differs.
 
     Raises:
         UsageError, OSError: as `judged`.
     """
-    between = judge_between({name: (each.scene, each.run) for name, each in fleets.items()})
-    try:
-        said = _verdict(run)
-        findings = {name: each.finding for name, each in fleets.items()}
-        return between, None if said is None else list(differences(between, findings, said))
-    except UnreadableError as error:
-        raise UsageError(f"{run}: {error}") from error
-    except KeyError as error:
-        raise UsageError(f"{run / VERDICT_FILE}: lacks {error}") from error
+    near = judge_between({name: each.truth for name, each in fleets.items()})
+    findings = {name: each.finding for name, each in fleets.items()}
+    return near, _wrong(run, partial(differences, near, findings))
 
 
-def _verdict(folder: Path) -> dict[str, Any] | None:
-    if not (folder / VERDICT_FILE).exists():
+def _wrong(folder: Path, compare: Callable[[dict[str, Any]], Iterable[str]]) -> list[str] | None:
+    path = folder / VERDICT_FILE
+    if not path.exists():
         return None
     try:
-        said = json.loads(read_bytes(folder / VERDICT_FILE, MADE_BYTES_MAX))
+        return list(compare(_content(path)))
+    except (AttributeError, KeyError, TypeError) as error:
+        raise UsageError(f"{path}: is no verdict: {type(error).__name__}: {error}") from error
+
+
+def _content(path: Path) -> Any:  # noqa: ANN401 - what it should be is for its reader to ask
+    try:
+        text = read_bytes(path, MADE_BYTES_MAX).decode()
+        return tomllib.loads(text) if path.suffix == ".toml" else json.loads(text)
     except ValueError as error:
-        raise UnreadableError(f"{VERDICT_FILE}: {error}") from error
-    if not isinstance(said, dict):
-        raise UnreadableError(f"{VERDICT_FILE}: is no object")
-    return said
+        raise UsageError(f"{path}: {error}") from error

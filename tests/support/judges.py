@@ -6,7 +6,7 @@ from typing import Any
 
 from clew.judge.agree import disagreements
 from clew.judge.poses import Finding, judge
-from clew.judge.truth import read_run, scene_of
+from clew.judge.truth import read
 
 Row = tuple[float, float, float]
 
@@ -22,8 +22,7 @@ def differences(run: Path) -> list[str]:
 def found_in(run: Path) -> Finding:
     """What the second judge finds in a folder."""
     with (run / "events.jsonl").open("rb") as lines:
-        read = read_run(lines)
-    return judge(scene_of(read), read)
+        return judge(read(lines))
 
 
 def scenario(**changes: Any) -> dict[str, Any]:  # noqa: ANN401 - sections have any content
@@ -53,5 +52,4 @@ def written(entries: list[dict[str, Any]], said: dict[str, Any], faults: object 
 
 def found(entries: list[dict[str, Any]], said: dict[str, Any] | None = None) -> Finding:
     """What the second judge finds in these entries."""
-    run = read_run(written(entries, said or scenario()))
-    return judge(scene_of(run), run)
+    return judge(read(written(entries, said or scenario())))

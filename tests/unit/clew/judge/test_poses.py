@@ -30,6 +30,14 @@ def test_a_hull_keeps_epsilon_less_mu0(clear_m: float, broken: bool) -> None:
     assert bool(found(THROUGH, scenario(obstacle=[post])).broken) is broken
 
 
+def test_contact_breaks_a_promise_where_none_is_made() -> None:
+    law = {"law": "printed", "epsilon_m": 0.1, "mu0_m": 0.02}
+    touching = [*poses(1, (0.0, 0.0, 0.0)), *poses(2, (0.0, 0.2, 0.0))]
+    assert (
+        found(touching, scenario(law=law)).broken[0].startswith("S2 (separation): robot 1 and robot 2: 0.0")
+    )
+
+
 def test_an_obstacle_that_is_driven_through_is_a_contact() -> None:
     finding = found(poses(1, (0.0, 1.9, 0.4), (1.0, 2.0, 0.5)), scenario(obstacle=[BLOCK]))
     assert finding.clearance is not None
@@ -43,7 +51,7 @@ def test_two_hulls_that_pass_each_other_between_samples_are_compared_at_the_same
     assert least is not None
     assert least.distance_m == pytest.approx(0.02)
     assert least.t_s == pytest.approx(2.0)
-    assert least.what == "robots 1 and 2"
+    assert least.what == "robot 1 and robot 2"
     late = poses(2, (0.0, 4.0, 0.22), (4.0, 4.0, 0.22), (8.0, 0.0, 0.22))
     later = found([*there, *late]).separation
     assert later is not None
@@ -52,7 +60,9 @@ def test_two_hulls_that_pass_each_other_between_samples_are_compared_at_the_same
 
 def test_hulls_that_come_nearer_than_the_separation_less_mu0_break_s2() -> None:
     near = [*poses(1, (0.0, 4.0, 0.0)), *poses(2, (0.0, 4.229, 0.0))]
-    assert found(near).broken == ("S2 (separation): robots 1 and 2: 0.0290 m at t=0.00 s, required 0.0300 m",)
+    assert found(near).broken == (
+        "S2 (separation): robot 1 and robot 2: 0.0290 m at t=0.00 s, required 0.0300 m",
+    )
     assert not found([*poses(1, (0.0, 4.0, 0.0)), *poses(2, (0.0, 4.231, 0.0))]).broken
 
 
@@ -148,6 +158,13 @@ def test_the_ground_behind_the_robot_ahead_is_not_the_ground_ahead() -> None:
     assert found([*leads, *poses(2, (0.0, 1.0, 0.0), (9.0, 3.0, 0.0))]).chain == (1,)
 
 
+def test_a_loop_that_leads_back_to_the_place_ahead_is_not_the_ground_ahead() -> None:
+    loop = [(3.73, 0.0), (3.73, 1.5), (2.5, 1.5), (2.5, 0.01), (3.73, 0.01), (4.0, 0.0)]
+    leads = poses(1, *((2.0 * t_s, *at) for t_s, at in enumerate(loop)))
+    beside = [*poses(2, (0.0, 3.73, 0.0)), *poses(3, (0.0, 3.0, 1.5))]
+    assert found([*leads, *beside]).chain == (1, 2)
+
+
 def test_a_strand_that_has_not_passed_the_place_of_a_robot_stands_on_straight_legs() -> None:
     leads = poses(1, (0.0, 3.6, 0.0), (9.0, 4.0, 0.0))
     finding = found([*leads, *poses(2, (0.0, 3.4, 0.0), (9.0, 3.73, 0.0)), *poses(3, (0.0, 3.46, 0.0))])
@@ -190,7 +207,7 @@ def test_without_a_goal_the_longest_chain_has_arrived() -> None:
 
 
 def test_a_run_in_which_no_body_was_placed_has_not_arrived() -> None:
-    assert found([]).missed == ("no body was ever placed",)
+    assert found([]).missed == ("nobody stands at the goal: inf m from it, at most 0.1200 m",)
 
 
 micrometres = st.integers(-3_000_000, 3_000_000).map(lambda each: each / 1e6)

@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clew.judge.between import judge_between
-from clew.judge.truth import Floats, Run, Scene
+from clew.judge.poses import judge_between
+from clew.judge.truth import Floats, Truth, read
+from tests.support.judges import poses, scenario, written
 from world.judge.between import Between
 
 RADIUS_M, STEP_M = 0.1, 0.02
@@ -22,6 +23,12 @@ def watched(ways_m: Floats) -> Between:
     for tick, (starts_m, ends_m) in enumerate(pairwise(ways_m), start=1):
         between.watch(starts_m, ends_m, t_s=0.02 * tick)
     return between
+
+
+def truth(*ways: Floats) -> Truth:
+    """What the second judge reads of robots 1, 2 and so on: rows of t, x, y."""
+    rows = [entry for robot, way in enumerate(ways, start=1) for entry in poses(robot, *way.tolist())]
+    return read(written(rows, scenario()))
 
 
 def head_on(aside_m: float) -> Floats:
@@ -74,24 +81,7 @@ def test_leaving_out_far_pairs_changes_nothing_and_the_second_judge_agrees(seed:
     assert found.least.distance_m == pytest.approx(least_m, abs=1e-12)
     times = 0.02 * np.arange(len(ways_m))[:, None]
     rows = [np.hstack([times, ways_m[:, row]]) for row in range(3)]
-    scene = Scene(
-        obstacles=(),
-        movers=(),
-        bounds=None,
-        goal_m=None,
-        goal_m_max=math.inf,
-        radius_m=RADIUS_M,
-        clearance_m=0.0,
-        separation_m=0.0,
-        behind_m_max=1.0,
-        drift_m=0.0,
-        speed_mps_max=1.0,
-    )
-    runs = {
-        "a": (scene, Run(poses={1: rows[0], 2: rows[1]}, harmed=frozenset(), scenario={})),
-        "b": (scene, Run(poses={1: rows[2]}, harmed=frozenset(), scenario={})),
-    }
+    runs = {fleet: truth(*(rows[row] for row in robots)) for fleet, robots in (("a", (0, 1)), ("b", (2,)))}
     second = judge_between(runs)
-    assert second.nearest is not None
-    assert second.nearest.distance_m == pytest.approx(least_m, abs=1e-9)
-    assert len(second.contacts) == len(found.contacts)
+    assert second[0].distance_m == pytest.approx(least_m, abs=1e-9)
+    assert sum(each.distance_m <= 0.0 for each in second) == len(found.contacts)
