@@ -107,6 +107,15 @@ def test_a_verdict_on_fleets_that_says_something_better_is_refuted(fleets: Path)
     ]
 
 
+def test_a_verdict_on_fleets_that_forgives_one_of_them_is_refuted(fleets: Path) -> None:
+    short = written(poses(1, (0.0, 3.0, 5.0)), scenario())
+    (fleets / "west" / "events.jsonl").write_bytes(b"".join(short))
+    verdict = {"ok": True, "between_m_min": 4.8, "contact_count": 0, "fleets": {"east": {}, "west": {}}}
+    (fleets / "verdict.json").write_text(json.dumps(verdict))
+    wrong = json.loads(clew("judge", fleets, "--json").stdout)["disagreements"]
+    assert wrong == ["ok, by true poses not west"]
+
+
 def test_a_scene_is_for_one_fleet(fleets: Path) -> None:
     refused = clew("judge", fleets, "grove.toml")
     assert refused.exit_code == 2
