@@ -118,9 +118,11 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
     def robot_keep_m(self) -> float:
         """The least distance between the centres of two robots for which ground is granted.
 
-        The tolerance is added to the separation because two robots may be off their path.
+        The tolerance is added to the separation because two robots may be off their path. It is larger where
+        obstacles move: one may be hidden behind the other robot, and nearer to it no moment is safe.
         """
-        return 2.0 * self.robot_radius_m + self.separation_m + self.mu0_m
+        moment_m = BRIEF_S * self.obstacle_speed_mps_max + self.mu0_m if self.obstacles_move else 0.0
+        return 2.0 * self.robot_radius_m + max(self.separation_m, moment_m) + self.mu0_m
 
     @property
     def seen_less_m(self) -> float:

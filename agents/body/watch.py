@@ -1,17 +1,17 @@
 """Scans while driving, where obstacles move: decides how long the newest scan permits the motion.
 
 Rule 1: no obstacle is faster than the mission says. So at any time after a scan, everything that it showed,
-        and anything hidden beyond, is no nearer than that speed allows.
-Rule 2: a motion is permitted until a time if the hull, wherever it may be by then, keeps off all of that.
+        and anything hidden beyond, is no nearer than that speed allows. Robots of the own strand are no
+        exception: something may come out from behind them.
+Rule 2: a motion is permitted for as long as the hull, wherever it may be by then, keeps off all of that.
         After that time the body stops by itself, so no robot is in contact while it moves.
-Rule 3: a motion towards something must be permitted for a while, so that the robot stops with room to leave;
-        or, if it passes all that is seen as it stands, for a moment: it costs the time in which the robot
-        stands between two moments.
+Rule 3 (liveness): a motion towards something must be permitted for a while, so that the robot stops with room
+        to leave; or it must pass all that is seen, as it stands, with a moment to spare: it costs the time in
+        which the robot stands between two moments.
 Rule 4: a driving robot asks for a scan at every odometry, whether it follows, leads or joins.
 """
 
 import math
-from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -19,15 +19,16 @@ from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import Command
 from agents.navigation.certificate import scan_walls
-from agents.navigation.scan import View, on_ground
+from agents.navigation.scan import View
 from protocol.arrays import Flags, Floats, segments_apart
 from protocol.frames import Pose
 from protocol.mission import BRIEF_S, WATCH_S, Mission
 from protocol.sweep import TOUCHING_M
 
-HORIZONS_S = (4.0 * WATCH_S, 2.0 * WATCH_S, WATCH_S, WATCH_S / 2.0)  # the first that is clear is used
-MOMENTS_S = (WATCH_S / 3.0, 0.08, BRIEF_S)  # where it passes something close that stands
-AWAY_S = (WATCH_S / 4.0, WATCH_S / 8.0)  # tried next: short moves away from something that has come too near
+LONGEST_S = 4.0 * WATCH_S  # of a permission
+HALVINGS = 7  # of that, to find how long a motion is safe: to a hundredth of a second
+APPROACH_S = WATCH_S / 2.0  # a motion towards something must be safe for so long
+LEAST_S = 0.04  # two of the world's ticks: order, and one to move in
 GIVE_UP_S = 2.0  # without permission: a pedestrian has passed by then
 STILL_S_MAX = 10.0  # a body with permission stands less, even with 30 % loss and 0.5 s delay of all messages
 
@@ -49,13 +50,8 @@ class Watch:
         self._pose: Pose | None = None
         self._looked_at_s = 0.0
 
-    def look(self, beside: Callable[[], Sequence[Floats]], now_s: float) -> list[Command]:
-        """Permit the motion for as long as the newest scan allows, and ask for the next scan.
-
-        Args:
-            beside: returns polylines (n, 2) of ground where other robots may be.
-            now_s: the time.
-        """
+    def look(self, now_s: float) -> list[Command]:
+        """Permit the motion for as long as the newest scan allows, and ask for the next scan."""
         driver = self._driver
         if not self._mission.obstacles_move or driver.standing or driver.drive.target is None:
             self.still_since_s = self._unsure_since_s = math.inf
@@ -68,11 +64,8 @@ class Watch:
         glimpse = self._senses.glimpse(driver.ordered_s)
         if glimpse is not None:
             seen, taken_at_s = glimpse
-            robots = np.zeros(len(seen.ranges_m), dtype=np.bool_)
-            for ground in beside():
-                robots |= on_ground(seen.points, ground, within_m=self._mission.hull_reach_m)
             target = np.array([driver.drive.target.x_m, driver.drive.target.y_m])
-            good_s = good_for_s(seen, target, robots, self._mission)
+            good_s = good_for_s(seen, target, self._mission)
             driver.permit(taken_at_s + good_s)
             self._unsure_since_s = math.inf if good_s > 0.0 else min(self._unsure_since_s, now_s)
         if driver.odometry.t_s <= self._looked_at_s:
@@ -89,38 +82,39 @@ class Watch:
         self._still_s = 0.0
 
 
-def good_for_s(view: View, target: Floats, robots: Flags, mission: Mission) -> float:
+def good_for_s(view: View, target: Floats, mission: Mission) -> float:
     """How long after the scan the robot may go on driving to its target [s]; 0: not at all.
 
     Args:
         view: a scan taken on the way.
         target: the target of the straight drive (2,) [m; world frame].
-        robots: the directions of the scan that hit robots of the strand; grants keep the distance to them.
         mission: the robot's mission.
     """
-    walls = scan_walls(view, mission, leave_out=robots)
+    walls = scan_walls(view, mission)  # rule 1: no hit is left out
     hull_m = mission.robot_radius_m + mission.mu0_m
     off = target - view.position
     length_m = float(np.hypot(*off))
+    starts, ends = walls.starts, walls.ends
 
-    def swept_m(horizon_s: float) -> Floats:
-        share = min(1.0, mission.speed_mps * horizon_s / length_m) if length_m > 0.0 else 0.0
-        return segments_apart(view.position, view.position + share * off, walls.starts, walls.ends)
+    def swept_m(for_s: float) -> Floats:
+        share = min(1.0, mission.speed_mps * for_s / length_m) if length_m > 0.0 else 0.0
+        return segments_apart(view.position, view.position + share * off, starts, ends)
 
-    def in_the_way(horizon_s: float) -> Flags:
-        return swept_m(horizon_s) < hull_m + mission.obstacle_speed_mps_max * horizon_s
+    def in_the_way(for_s: float) -> Flags:
+        return swept_m(for_s) < hull_m + mission.obstacle_speed_mps_max * for_s
 
-    def passes_too_close(horizon_s: float) -> Flags:
-        """What would leave no moment of this length somewhere on the rest of the way, if it stands."""
-        apart_m = segments_apart(view.position, target, walls.starts, walls.ends)
-        return apart_m < hull_m + mission.obstacle_speed_mps_max * horizon_s
-
-    for horizon_s in HORIZONS_S:
-        if not in_the_way(horizon_s).any():
-            return horizon_s
-    if length_m > 0.0 and not passes_too_close(BRIEF_S).any():
-        return next((horizon_s for horizon_s in MOMENTS_S if not in_the_way(horizon_s).any()), 0.0)
-    near = in_the_way(HORIZONS_S[-1])
-    if (swept_m(HORIZONS_S[-1])[near] < swept_m(0.0)[near] - TOUCHING_M).any():
-        return 0.0
-    return next((horizon_s for horizon_s in AWAY_S if not in_the_way(horizon_s).any()), 0.0)
+    near = in_the_way(LONGEST_S)
+    if not near.any():
+        return LONGEST_S
+    starts, ends = starts[near], ends[near]  # nothing else is in the way any sooner
+    good_s, bad_s = 0.0, LONGEST_S
+    for _ in range(HALVINGS):
+        middle_s = (good_s + bad_s) / 2.0
+        good_s, bad_s = (good_s, middle_s) if in_the_way(middle_s).any() else (middle_s, bad_s)
+    if good_s < APPROACH_S:
+        to_target_m = segments_apart(view.position, target, walls.starts, walls.ends)
+        leaves_no_moment = to_target_m < hull_m + mission.obstacle_speed_mps_max * BRIEF_S
+        approached = in_the_way(APPROACH_S) & (swept_m(APPROACH_S) < swept_m(0.0) - TOUCHING_M)
+        if leaves_no_moment.any() and approached.any():
+            return 0.0
+    return good_s if good_s >= LEAST_S else 0.0

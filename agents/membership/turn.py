@@ -71,7 +71,7 @@ class TurnTaker:
         driver = self._driver
         if self.ended is not None:
             return []
-        commands = self._watch.look(self._beside, now_s)
+        commands = self._watch.look(now_s)
         if self._step is not None and self._watch.gives_up(now_s):
             self._watch.begin_again()
             self._gives_up = True
@@ -128,10 +128,6 @@ class TurnTaker:
         again = sum(math.dist(here, place) <= AGAIN_M for place in self._planned_at)
         self._planned_at.append(here)
         return again >= AGAIN_MAX and not self._mission.obstacles_move
-
-    def _beside(self) -> list[Floats]:
-        """Ground (n, 2) that each of the others may be on: where it stands."""
-        return [np.repeat(place[None], 2, axis=0) for place in self._stands.all]
 
     def _stays(self, scan: View, now_s: float) -> bool:
         """Rule 4: whether it has not got away from here for so long."""

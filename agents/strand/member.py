@@ -216,7 +216,7 @@ class Member:
         driver, strand = self._driver, self._strand
         if driver.progress_m - strand.path.end_m >= GROWN_M_MIN:
             strand.growth.come_to(driver.progress_m)
-        looks = self._watch.look(lambda: strand.robots_beside(now_s), now_s)
+        looks = self._watch.look(now_s)
         if self._leading.has_step and self._watch.gives_up(now_s):
             self._watch.begin_again()
             self._leading.give_up_step()

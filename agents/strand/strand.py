@@ -136,16 +136,9 @@ class Strand:
 
     def robots_in_sight(self, now_s: float) -> list[Floats]:
         """Ground (n, 2) on which hits are robots of the strand (rule 2)."""
-        return self._robots(now_s, ahead_until_m=self.path.end_m)
-
-    def robots_beside(self, now_s: float) -> list[Floats]:
-        """The same for scans while driving: of the robot ahead only what it may have driven since."""
-        return self._robots(now_s, ahead_until_m=self._ahead_m + self._mission.way_of_heartbeats_m)
-
-    def _robots(self, now_s: float, *, ahead_until_m: float) -> list[Floats]:
         grounds = [self.grants.ground(now_s).behind] if self.behind is not None else []
         if self.ahead is not None and may_be_seen(self.ahead, self._mission, now_s):
-            grounds.append(self.path.between(self._ahead_m, ahead_until_m))
+            grounds.append(self.path.between(self._ahead_m, self.path.end_m))
         return grounds
 
     @property

@@ -178,8 +178,8 @@ MUTANTS = (
         "keep-without-mu0",
         "A2: two robots keep the separation and the tolerance, since both may be off their path",
         "protocol/mission.py",
-        "        return 2.0 * self.robot_radius_m + self.separation_m + self.mu0_m\n",
-        "        return 2.0 * self.robot_radius_m + self.separation_m\n",
+        "max(self.separation_m, moment_m) + self.mu0_m\n",
+        "max(self.separation_m, moment_m)\n",
     ),
     _mutant(
         "reached-short",

@@ -11,6 +11,7 @@ import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ ROUND = HERE.buffer(1.0, quad_segs=512)
 """A circle of 1 m with 2048 corners, of which ellipses are made: off by a millionth of the longer axis."""
 HARM = {"kill", "freeze"}
 UNCERTIFIED = {"printed", "resultant"}  # the paper's laws; every other promises clearance
+MOMENT_S = 0.06  # in which a robot moves beside another one, where obstacles move
 DRIFT = 2.0  # a body is off its path by mu0 at most, on each side: twice on one way
 BOUNDS = ("x_m_min", "y_m_min", "x_m_max", "y_m_max")
 
@@ -129,10 +131,22 @@ def _truth(raw: Mapping[str, Any], law: str, poses: Mapping[int, list[Row]], str
         clearance_m=raw["law"]["epsilon_m"] - mu0_m if promises else 0.0,
         separation_m=max(fleet["separation_m"] - mu0_m, 0.0) if promises else 0.0,
         # Robots keep two radii, the separation and mu0, come within mu0 of that, and are mu0 off their path.
-        behind_m_max=2.0 * radius_m + fleet["separation_m"] + 3.0 * mu0_m,
+        behind_m_max=2.0 * radius_m
+        + max(fleet["separation_m"], _moment_m(raw) if promises else 0.0)
+        + 3.0 * mu0_m,
         drift_m=DRIFT * mu0_m,
         speed_mps_max=raw["drive"]["speed_mps_max"],
     )
+
+
+def _moment_m(raw: Mapping[str, Any]) -> float:
+    """What robots keep from each other where obstacles move: what one may do in a moment, and mu0."""
+    tracks = [each["track"] for each in raw.get("moving") or ()]
+    legs = [leg for track in tracks for leg in pairwise(track)]
+    fastest_mps = max((math.dist(a[1:], b[1:]) / (b[0] - a[0]) for a, b in legs), default=0.0)
+    said_mps = raw.get("obstacle_speed_mps_max")
+    speed_mps = float(fastest_mps if said_mps is None else said_mps)
+    return MOMENT_S * speed_mps + raw["law"]["mu0_m"] if speed_mps > 0.0 else 0.0
 
 
 def _solid(name: str, raw: Mapping[str, Any]) -> Solid:

@@ -8,12 +8,13 @@ import pytest
 from msgspec.structs import replace
 
 from agents.body.driver import Driver
-from agents.strand.strand import Strand
+from agents.navigation.certificate import Walls, scan_walls
+from agents.navigation.scan import View, on_ground
 from clew.rehearsal.fleets import RecordedFleets
 from clew.rehearsal.recorded import Recorded
-from protocol.arrays import Floats
 from protocol.faults.plan import NO_FAULTS, uniform
 from protocol.files.toml_text import toml_text
+from protocol.mission import Mission
 from tests.support.campaigns import clew
 from tests.support.stages.fleets import EAST_M, HEAD_ON, LANE_M, WEST_M, fleet, raw, rehearsed, shared
 from world.bodies.sensor import Sensor
@@ -159,8 +160,9 @@ def test_p4_fleets_whose_hits_are_taken_for_the_own_strand_touch(
 ) -> None:
     lane = np.array([[0.0, LANE_M], [7.0, LANE_M]])
 
-    def robots_beside(_: Strand, __: float) -> list[Floats]:
-        return [lane]
+    def walls_without_lane(view: View, mission: Mission) -> Walls:
+        robots = on_ground(view.points, lane, within_m=mission.hull_reach_m)
+        return scan_walls(view, mission, leave_out=robots)
 
-    monkeypatch.setattr(Strand, "robots_beside", robots_beside)
+    monkeypatch.setattr("agents.body.watch.scan_walls", walls_without_lane)
     assert contacts(rehearsed(shared(), tmp_path, until_s=MEET_S))

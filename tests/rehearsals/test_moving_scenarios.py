@@ -1,15 +1,21 @@
 """The three scenarios with moving obstacles: scripted orders to a world, and the judgement."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from clew.log import timeline
 from clew.log.check import check
+from clew.rehearsal.recorded import rehearse
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import uniform
 from protocol.frames import Point
+from protocol.mission import BRIEF_S
 from protocol.timeline import PromiseBroken, StrandReversed
+from tests.support.judges import differences
 from tests.support.runs import Runs
 from tests.support.stages.world_stage import Stage
 from world.events import ScanAsked, StopAsked
@@ -122,6 +128,16 @@ def test_a_strand_at_the_closed_door_turns_round_once_and_takes_the_other_openin
     turns = [entry for _, entry in rehearsal.entries if isinstance(entry.record, StrandReversed)]
     assert rehearsal.world.ending is Ending.ARRIVED
     assert len(turns) == 2, "one to back up, one to lead on"
+
+
+def test_a_strand_arrives_beside_a_fast_pedestrian_with_more_room_between_its_robots(tmp_path: Path) -> None:
+    """With the separation of 0.05 m alone, robots cannot come up to each other: 1 m/s leaves no moment."""
+    fast = replace(load("pedestrian"), obstacle_speed_mps_max=1.0)
+    assert fast.mission().robot_keep_m == pytest.approx(0.2 + BRIEF_S * 1.0 + 0.01 + 0.01)
+    assert load("pedestrian").mission().robot_keep_m == pytest.approx(0.2 + 0.05 + 0.01)
+    verdict = rehearse(fast, 1, tmp_path, lambda _: None)
+    assert (verdict.ok, verdict.robots_arrived) == (True, 3), verdict.reason
+    assert differences(tmp_path) == []
 
 
 def test_the_follower_does_not_catch_up_with_a_robot_that_drives_on() -> None:

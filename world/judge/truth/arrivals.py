@@ -61,14 +61,14 @@ class Places:
     @classmethod
     def of(cls, scenario: Scenario) -> Self:
         """Those of a scenario."""
-        goal, law, fleet = scenario.goal, scenario.law, scenario.fleet
+        goal, law = scenario.goal, scenario.law
         error_m = scenario.drive.heading_error_rad * scenario.range_m_used
         return cls(
             goal=None if goal is None else Point(x_m=goal.at_m[0], y_m=goal.at_m[1]),
             tolerance_m=0.0 if goal is None else goal.tolerance_m,
             mu0_m=law.mu0_m,
             drive_error_m=0.0 if law.promises_clearance else error_m,
-            keep_m=2.0 * fleet.robot_radius_m + fleet.separation_m + law.mu0_m,
+            keep_m=scenario.mission().robot_keep_m,
             is_kept=law.promises_clearance,
         )
 

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from agents.body.driver import Driver
 from agents.body.senses import Senses
-from agents.body.watch import HORIZONS_S, STILL_S_MAX, Watch, good_for_s
+from agents.body.watch import APPROACH_S, LONGEST_S, STILL_S_MAX, Watch, good_for_s
 from protocol.fence import Fence
 from protocol.frames import Point, Pose
 from protocol.mission import BRIEF_S
@@ -50,7 +50,7 @@ class Body:
                 phase=Phase.RUNNING,
             )
             self.driver.hear(told)
-            self.watch.look(list, self.now_s)
+            self.watch.look(self.now_s)
         return self.gives_up()
 
     def gives_up(self) -> bool:
@@ -90,7 +90,6 @@ def test_standing_by_order_neither_counts_nor_resets_the_limit() -> None:
 
 RUNNER = replace(MISSION, obstacle_speed_mps_max=2.5)
 TARGET = np.array([2.0, 0.0])
-NOBODY = np.zeros(RUNNER.directions, dtype=np.bool_)
 HULL_M = RUNNER.robot_radius_m + RUNNER.mu0_m
 MOMENT_M = BRIEF_S * RUNNER.obstacle_speed_mps_max
 
@@ -98,13 +97,13 @@ MOMENT_M = BRIEF_S * RUNNER.obstacle_speed_mps_max
 def good_s(x_m: float, y_m: float, *, radius_m: float = 0.25) -> float:
     """How long the way is safe beside somebody there."""
     somebody = Circle(centre_m=(x_m, y_m), radius_m=radius_m)
-    return good_for_s(look_around([somebody], RUNNER), TARGET, NOBODY, RUNNER)
+    return good_for_s(look_around([somebody], RUNNER), TARGET, RUNNER)
 
 
 @pytest.mark.parametrize("x_m", [-0.1, 0.0, 0.1, 0.3])
 def test_somebody_beside_the_way_is_passed_by_moments(x_m: float) -> None:
     good = good_s(x_m, 0.25 + HULL_M + MOMENT_M + 0.02)
-    assert BRIEF_S <= good < HORIZONS_S[-1]
+    assert BRIEF_S <= good < APPROACH_S
 
 
 @pytest.mark.parametrize("x_m", [0.1, 0.3, 0.5])
@@ -119,3 +118,12 @@ def test_within_the_time_nobody_can_touch_the_moving_hull(x_m: float, y_m: float
     driven = np.array([[min(RUNNER.speed_mps * good, 2.0), 0.0]])
     apart_m = float(clearance(ground, np.zeros((1, 2)), driven)[0]) - RUNNER.robot_radius_m
     assert good == 0.0 or apart_m > RUNNER.obstacle_speed_mps_max * good
+
+
+@pytest.mark.parametrize("off_m", [0.6, 0.7, 0.9, 1.2, 1.6])
+def test_a_motion_towards_somebody_is_permitted_for_as_long_as_it_is_safe(off_m: float) -> None:
+    gap_m = off_m - 0.25 - HULL_M
+    until_s = min(gap_m / (MISSION.speed_mps + MISSION.obstacle_speed_mps_max), LONGEST_S)
+    somebody = Circle(centre_m=(off_m, 0.0), radius_m=0.25)
+    good = good_for_s(look_around([somebody], MISSION), TARGET, MISSION)
+    assert 0.0 <= until_s - good < 0.02

@@ -71,6 +71,26 @@ def test_a_scene_in_json_means_the_same_as_its_scenario() -> None:
     assert lengths_m == pytest.approx((0.045, 0.045, 0.305, 0.465))
 
 
+@pytest.mark.parametrize(
+    ("fast", "room_m"),
+    [
+        ({}, 0.05),
+        ({"obstacle_speed_mps_max": 0.5}, 0.05),
+        ({"obstacle_speed_mps_max": 1.0}, 0.08),
+        (
+            {"moving": [{"id": "a", "shape": "circle", "radius_m": 0.1, "track": [[0, 0, 0], [2, 0, 4]]}]},
+            0.14,
+        ),
+        ({"obstacle_speed_mps_max": 1.0, "law": {"law": "printed", "epsilon_m": 0.1, "mu0_m": 0.02}}, 0.05),
+    ],
+)
+def test_where_obstacles_are_fast_robots_may_stand_further_behind_each_other(
+    fast: dict[str, object], room_m: float
+) -> None:
+    truth = read(written([], scenario(**fast)))
+    assert truth.behind_m_max == pytest.approx(0.2 + room_m + 0.06)
+
+
 @pytest.mark.parametrize("law", ["printed", "resultant"])
 def test_laws_that_promise_nothing_ask_for_no_contact_only(law: str) -> None:
     lines = written([], scenario(law={"law": law, "epsilon_m": 0.1, "mu0_m": 0.02}))
