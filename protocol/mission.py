@@ -138,11 +138,6 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
         """
         return self.robot_radius_m + self.mu0_m + self.seen_less_m
 
-    @property
-    def way_of_heartbeats_m(self) -> float:
-        """How far a robot that was heard lately may have driven since: the way of two heartbeats."""
-        return 2.0 * self.heartbeat_s * self.speed_mps
-
     heartbeat_s: Seconds = 0.25
     silence_s: Seconds = 1.0  # four lost heartbeats
     deadman_s: Seconds = DEADMAN_S

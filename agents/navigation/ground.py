@@ -20,10 +20,6 @@ class Ground:
     """Least distance to keep from it; 0 if no robot is behind."""
     behind_m: float
     """The last reported position of the robot directly behind."""
-    occupied_m: float
-    """The furthest that it may be by now."""
-    is_seen: bool = True
-    """Whether hits there may be taken for that robot (F6 of docs/strand.md)."""
 
     @property
     def occupied(self) -> Floats:
@@ -31,15 +27,15 @@ class Ground:
 
         A scan may be older than the newest news of the tail: it shows the tail a little further back.
         """
-        from_m = max(min(self.tail_m, self.occupied_m) - self.keep_m, 0.0)
-        corners = self.path.between(from_m, self.occupied_m)
+        from_m = max(min(self.tail_m, self.granted_m) - self.keep_m, 0.0)
+        corners = self.path.between(from_m, self.granted_m)
         return corners if self.keep_m > 0.0 else corners[:1]
 
     @property
     def behind(self) -> Floats:
         """The ground on which hits are the robot directly behind (n, 2); one corner: there is none."""
-        seen = self.keep_m > 0.0 and self.is_seen
-        return self.path.between(self.behind_m, self.occupied_m) if seen else self.occupied[:1]
+        is_there = self.keep_m > 0.0
+        return self.path.between(self.behind_m, self.granted_m) if is_there else self.occupied[:1]
 
     @property
     def walls(self) -> Walls:

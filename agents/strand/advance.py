@@ -93,7 +93,7 @@ class Advance:
             strand.path,
             progress_m=self._driver.progress_m,
             own_leg_m=strand.own_leg_m,
-            robots=strand.robots_in_sight(now_s),
+            robots=strand.robots_in_sight,
             now_s=now_s,
         )
         if isinstance(checked, LookCloser):

@@ -14,10 +14,9 @@ from protocol.path import THERE_M, Path
 from protocol.timeline import AuthorityGranted
 from protocol.wire.authority import authority_m, claim_m
 from protocol.wire.link import Link
-from protocol.wire.messages import AheadState, BehindState
+from protocol.wire.messages import BehindState
 
 GRANT_M_MIN = 0.05  # a grant worth a message: a tenth of a second at 0.5 m/s
-FRESH_HEARTBEATS = 2.0  # F6 of docs/strand.md
 
 
 class Grants:
@@ -68,19 +67,10 @@ class Grants:
             keep_m=self.keep_m - self._mission.mu0_m,
         )
 
-    def ground(self, now_s: float) -> Ground:
+    @property
+    def ground(self) -> Ground:
         """The ground that the robots behind may occupy."""
-        moving = self._mission.obstacles_move
-        way_m = self._mission.way_of_heartbeats_m if moving else self.granted_m - self.behind_m
-        return Ground(
-            self._path,
-            self.tail_m,
-            self.granted_m,
-            self.keep_m,
-            self.behind_m,
-            min(self.granted_m, self.behind_m + way_m),
-            is_seen=self._behind is not None and may_be_seen(self._behind, self._mission, now_s),
-        )
+        return Ground(self._path, self.tail_m, self.granted_m, self.keep_m, self.behind_m)
 
     @property
     def behind_m(self) -> float:
@@ -114,9 +104,3 @@ class Grants:
         self.granted_m = free_m
         grant = AuthorityGranted(to=self._behind.neighbour, epoch=self._epoch, authority_m=free_m)
         return [Note(grant)]
-
-
-def may_be_seen(link: Link[AheadState] | Link[BehindState], mission: Mission, now_s: float) -> bool:
-    """Whether hits may be this neighbour: where obstacles move, only if it was heard lately (F6)."""
-    fresh_s = FRESH_HEARTBEATS * mission.heartbeat_s
-    return not mission.obstacles_move or now_s - link.heard_at_s <= fresh_s

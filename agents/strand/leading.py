@@ -142,7 +142,7 @@ class Leading:
         scan = self._senses.take()
         if scan is None:
             return self._senses.ask(now_s)
-        ground = strand.grants.ground(now_s)
+        ground = strand.grants.ground
         planned = leader.plan(
             scan,
             ground,

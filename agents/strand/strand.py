@@ -5,8 +5,7 @@ Rule 1 (safety): places, path and arc lengths are those of the formation, as tol
         neighbour (F5 of docs/strand.md); nor from one that cannot be true (`agents.strand.plausible`).
 Rule 2 (safety): hits of a scan are robots only where a neighbour may be: the one behind between where it was
         last heard and what it has been granted, the one ahead from where it was last heard on. Before a
-        neighbour is first heard, its place in the formation counts. Where obstacles move, a neighbour must
-        have been heard lately (F6).
+        neighbour is first heard, its place in the formation counts (F6).
 Rule 3 (liveness): what is granted (`agents.strand.grants`), and all other news, is sent at once, several
         times, and then on every heartbeat. A silent link stops no robot: it may use up its authority.
 Rule 4: the leader's handover goes from each robot to the one behind until that has acknowledged it.
@@ -16,7 +15,7 @@ from msgspec.structs import replace
 
 from agents.commands import Command, Note
 from agents.events import LinkHeard
-from agents.strand.grants import Grants, may_be_seen
+from agents.strand.grants import Grants
 from agents.strand.growth import Growth
 from agents.strand.news import News, Own
 from agents.strand.plausible import WRONG_SIDE, refused, wrong_ahead, wrong_behind
@@ -134,10 +133,11 @@ class Strand:
         at_m = [(self.ahead, self._ahead_m), (self.behind, self.grants.behind_m)]
         return {link.neighbour: self.path.at(s_m) for link, s_m in at_m if link is not None}
 
-    def robots_in_sight(self, now_s: float) -> list[Floats]:
+    @property
+    def robots_in_sight(self) -> list[Floats]:
         """Ground (n, 2) on which hits are robots of the strand (rule 2)."""
-        grounds = [self.grants.ground(now_s).behind] if self.behind is not None else []
-        if self.ahead is not None and may_be_seen(self.ahead, self._mission, now_s):
+        grounds = [self.grants.ground.behind] if self.behind is not None else []
+        if self.ahead is not None:
             grounds.append(self.path.between(self._ahead_m, self.path.end_m))
         return grounds
 

@@ -41,7 +41,7 @@ MUTANTS = (
         "hulls-are-members",
         "F6: hits are robots of the strand only where a neighbour may be",
         "agents/strand/strand.py",
-        "            grounds.append(self.path.between(self._ahead_m, ahead_until_m))\n",
+        "            grounds.append(self.path.between(self._ahead_m, self.path.end_m))\n",
         "            grounds.append(self.path.between(0.0, self.path.end_m))\n",
         check="tests/unit/agents/conversations/test_sight.py::"
         "test_of_the_robot_ahead_hits_count_from_where_it_was_last_heard_on",

@@ -244,13 +244,13 @@ OF_VIEWS = (
         seed=25,
     ),
     mutant(
-        "silent-among-walkers",
-        "F6: where obstacles move, nobody is taken out of a scan who was not heard for two heartbeats",
-        "agents/strand/grants.py",
-        "    return not mission.obstacles_move or now_s - link.heard_at_s <= fresh_s\n",
-        "    return True\n",
-        check="tests/unit/agents/strand/test_member.py::"
-        "test_where_obstacles_move_a_silent_robot_is_not_taken_out_of_a_scan",
+        "neighbours-hide-nothing",
+        "P4 of docs/fleets.md: no hit is left out of a permission; here those within 0.6 m are",
+        "agents/body/watch.py",
+        "    walls = scan_walls(view, mission)  # rule 1: no hit is left out\n",
+        "    walls = scan_walls(view, mission, leave_out=view.ranges_m < 0.6)\n",
+        check="tests/unit/agents/conversations/test_two_fleets.py::"
+        "test_whoever_comes_out_from_behind_a_neighbour_is_not_touched",
     ),
     mutant(
         "epsilon-only",

@@ -16,7 +16,7 @@ A sent message stays in a set: it may arrive late, often, out of order or never.
 reordering and a frozen process need no events of their own. Robots raise whenever they like: why is liveness.
 
 What is not modelled:
-- geometry: a place is a count of motions, a strand drives one step per robot, and F6 (b) to (d), what is
+- geometry: a place is a count of motions, a strand drives one step per robot, and F6 (b) and (c), what is
   taken out of a scan, is left to the exploration of the real cores;
 - liveness: timeouts, suspicion, quotas, `stood_s`, raises of outsiders that the register holds over all, and
   who leads and how many are members, which all tells. To refuse, hold or delay a raise is to lose it;

@@ -78,7 +78,7 @@ def samples(scenario: Scenario, seen: Sequence[View], scans: int, *, cpu: Clock)
     for each in seen[: PLANS + 1]:
         x_m, y_m = each.position.tolist()
         path = Path([Point(x_m=x_m, y_m=y_m)])
-        alone = Ground(path, tail_m=0.0, granted_m=0.0, keep_m=0.0, behind_m=0.0, occupied_m=0.0)
+        alone = Ground(path, tail_m=0.0, granted_m=0.0, keep_m=0.0, behind_m=0.0)
         since_s = cpu()
         planned = leader.plan(each, alone, epoch=1, settled=True)
         plan_s, since_s = cpu() - since_s, cpu()

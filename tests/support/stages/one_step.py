@@ -75,7 +75,7 @@ def look_around(
 def alone(at: Pose = ORIGIN) -> Ground:
     """There is no robot behind."""
     path = Path([Point(x_m=at.x_m, y_m=at.y_m)])
-    return Ground(path, tail_m=0.0, granted_m=0.0, keep_m=0.0, behind_m=0.0, occupied_m=0.0)
+    return Ground(path, tail_m=0.0, granted_m=0.0, keep_m=0.0, behind_m=0.0)
 
 
 @dataclass(frozen=True)

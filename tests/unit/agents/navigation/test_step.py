@@ -62,7 +62,7 @@ def test_a_leader_alone_goes_back_to_a_goal_behind_it() -> None:
 def queue_behind() -> Ground:
     """Robots behind occupy the x axis from -1 m to -0.3 m."""
     path = Path([Point(x_m=-1.0, y_m=0.0), Point(x_m=0.0, y_m=0.0)])
-    return Ground(path, tail_m=0.0, granted_m=0.7, keep_m=0.3, behind_m=0.0, occupied_m=0.0)
+    return Ground(path, tail_m=0.0, granted_m=0.7, keep_m=0.3, behind_m=0.0)
 
 
 def test_the_way_to_a_goal_behind_the_strand_avoids_granted_ground() -> None:
@@ -129,7 +129,7 @@ def test_the_number_of_steps_that_free_no_ground_behind_is_limited() -> None:
 def test_a_step_keeps_off_granted_ground(goal: tuple[float, float]) -> None:
     mission = to(*goal)
     path = Path([Point(x_m=-1.0, y_m=0.5), Point(x_m=-0.3, y_m=0.5), Point(x_m=0.0, y_m=0.0)])
-    ground = Ground(path, tail_m=0.0, granted_m=0.7, keep_m=0.55, behind_m=0.0, occupied_m=0.0)
+    ground = Ground(path, tail_m=0.0, granted_m=0.7, keep_m=0.55, behind_m=0.0)
     step = plan(Leader(mission, ORIGIN), [], mission, ground)
     assert isinstance(step, StepPlanned)
     granted = np.column_stack([np.linspace(-1.0, -0.3, 50), np.full(50, 0.5)])
@@ -234,7 +234,7 @@ def test_the_last_switching_position_is_the_requested_one() -> None:
 
 def test_a_promise_covers_obstacles_but_not_the_robot_behind() -> None:
     path = Path([Point(x_m=-0.27, y_m=0.0), Point(x_m=0.0, y_m=0.0)])
-    ground = Ground(path, tail_m=0.0, granted_m=0.0, keep_m=0.26, behind_m=0.0, occupied_m=0.0)
+    ground = Ground(path, tail_m=0.0, granted_m=0.0, keep_m=0.26, behind_m=0.0)
     robot_behind: list[Shape] = [Circle(centre_m=(-0.27, 0.0), radius_m=0.1)]
     step = plan(Leader(to(3.0, 0.0), ORIGIN), robot_behind, ROBOT, ground)
     assert isinstance(step, StepPlanned)

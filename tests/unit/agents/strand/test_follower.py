@@ -300,7 +300,7 @@ def test_a_body_beside_granted_ground_is_passed_at_the_separation_whoever_it_is_
 def test_no_body_that_is_left_out_is_passed_nearer_for_standing_between_two_rays(
     along_m: float, gap_share: float, turned_rad: float, directions: int
 ) -> None:
-    """F6 (d)."""
+    """F6 (c)."""
     mission = replace(MISSION, directions=directions)
     follower = Follower(mission, start_m=0.0, some_are_left_out=True)
     beside_m = 2.0 * RADIUS_M + gap_share * mission.clear_m

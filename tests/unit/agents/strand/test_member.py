@@ -7,7 +7,6 @@ from agents.commands import AskScan, Note
 from agents.events import LinkHeard
 from agents.navigation.step import NoStep
 from agents.strand.blocked import BLOCKED_S, DISSOLVED_MAX
-from agents.strand.grants import FRESH_HEARTBEATS
 from agents.strand.leader import DeadEnd, Leader
 from agents.strand.leading import TURNS_MAX
 from agents.strand.wish import Turnabout
@@ -294,23 +293,3 @@ def test_after_too_many_turns_without_a_step_the_route_is_lost(
     assert [record.reason for record in stage.records(RouteLost)] == is_lost * [
         "the strand has turned round too often in vain"
     ]
-
-
-# --- robots in scans ------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("silent_s", "taken_out"), [(0.1, True), (0.6, False)])
-def test_where_obstacles_move_a_silent_robot_is_not_taken_out_of_a_scan(
-    silent_s: float, *, taken_out: bool
-) -> None:
-    """V9: a pedestrian stands where the robot ahead was last heard."""
-    assert (silent_s <= FRESH_HEARTBEATS * MISSION.heartbeat_s) is taken_out
-    mission = replace(MISSION, obstacle_speed_mps_max=0.3)
-    stage = MemberStage(mission, row(3), ORDER)
-    stage.tick()
-    strand = stage.members[2]._strand
-    heard_s = strand.links[0].heard_at_s
-    assert heard_s == strand.links[1].heard_at_s
-    assert bool(strand.robots_in_sight(heard_s + silent_s)[1:]) is taken_out
-    behind = strand.grants.ground(heard_s + silent_s).behind
-    assert (len(behind) > 1) is taken_out

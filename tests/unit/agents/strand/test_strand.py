@@ -101,7 +101,7 @@ def test_a_leader_keeps_off_the_place_of_a_robot_that_has_no_grant_yet() -> None
     told = formation(2, (2, 1), places, {2: 0.33, 1: 0.0}, path)
     strand = Strand(2, told, path, pair, 0.0)
     strand.tell(own(strand.start_m), 0.0)
-    ground = strand.grants.ground(0.0)
+    ground = strand.grants.ground
     planned = plan(Leader(pair, places[2]), [], pair, ground, at=places[2])
     assert isinstance(planned, StepPlanned)
     step = shapely.LineString([(planned.x_m, planned.y_m), (planned.target.x_m, planned.target.y_m)])

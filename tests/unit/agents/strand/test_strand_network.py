@@ -79,7 +79,7 @@ class Stage:
         if self.progress_m[LEADER] < strand.path.end_m:
             return
         here = strand.path.at(strand.path.end_m)
-        origin, walls = np.array([here.x_m, here.y_m]), strand.grants.ground(self._now_s).walls
+        origin, walls = np.array([here.x_m, here.y_m]), strand.grants.ground.walls
         free_m = float(certified_lengths_m(origin, np.array([heading_rad]), walls)[0])
         heading = np.array([math.cos(heading_rad), math.sin(heading_rad)])
         x_m, y_m = origin + min(free_m, length_m) * heading
