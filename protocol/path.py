@@ -115,18 +115,20 @@ class Path:
         Known vertices have to be the same; the last one may have moved straight on. Each further one has the
         arc length that its coordinates give. What lies beyond a gap is not known yet, and fits.
         """
-        if first > len(self):
+        known = self._vertices
+        if first > len(known):
             return True
-        known = list(self._vertices[:first])
+        last = len(known) - 1
+        before = known[first - 1] if first > 0 else None
         for index, vertex in enumerate(vertices, start=first):
-            if index < len(self):
-                old = self._vertices[index]
-                moved = index == len(self) - 1 and index > 0 and _is_straight_on(known[-1], old, vertex)
-                if vertex != old and not moved:
+            if index > last:
+                if before is None or not _is_next(before, vertex):
                     return False
-            elif not known or not _is_next(known[-1], vertex):
+            elif vertex != known[index] and (
+                index < last or before is None or not _is_straight_on(before, known[index], vertex)
+            ):
                 return False
-            known.append(vertex)
+            before = vertex
         return True
 
     def learn(self, first: int, vertices: Sequence[Vertex]) -> None:

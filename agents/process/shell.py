@@ -147,6 +147,8 @@ class Shell:
         self._kept: list[Arrival] = []  # arrived, and not handled by the robot yet
         self._watched: frozenset[int] | None = None
         """Whose tokens are watched; None: those of all robots."""
+        self._wanted: frozenset[int] | None = None
+        """Whose tokens the core wanted to be watched last."""
 
     async def mission(self) -> Mission | None:
         """Ask the world until it answers; None if it does not."""
@@ -202,6 +204,9 @@ class Shell:
 
     def _watch(self, wanted: frozenset[int] | None) -> None:
         """Watch the tokens that the core wants to be watched."""
+        if wanted == self._wanted:
+            return
+        self._wanted = wanted
         robots = watched_by(self._robot, wanted)
         if robots != self._watched:
             self._watched = robots

@@ -77,6 +77,8 @@ class Strand:
         self.authority_m = self.laid_m if self.ahead is None else formation.s_m
         self._news = News(formation, path, mission, self.grants, ahead=self.ahead, behind=self.behind)
         self._moved_s = now_s
+        self._watched_s: float | None = None
+        """When the links were looked at last; None: a state has been heard since."""
 
     @property
     def epoch(self) -> Epoch:
@@ -153,6 +155,9 @@ class Strand:
     def watch(self, now_s: float) -> list[Command]:
         """Note which links have fallen silent, and which are heard again."""
         commands: list[Command] = []
+        if now_s == self._watched_s:
+            return commands  # nothing can be new
+        self._watched_s = now_s
         silence_s = self._mission.silence_s
         for link in self.links:
             if not link.note(now_s, silence_s=silence_s):
@@ -166,6 +171,7 @@ class Strand:
         """Take in a neighbour's state (rule 1)."""
         for link in self.links:
             if link.is_from(heard.robot, heard.state) and link.is_newer(heard.number):
+                self._watched_s = None
                 reason = self._take_in(link, heard, now_s)
                 return [] if reason is None else [Note(refused(heard.robot, self.robot, reason))]
         return []
