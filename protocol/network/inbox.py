@@ -1,6 +1,5 @@
-"""A bounded queue from the network's thread to the event loop, and the alarm that wakes the loop."""
+"""A bounded queue from the network's thread to the event loop. It gets the function that wakes the loop."""
 
-import asyncio
 from collections.abc import Callable
 from threading import Lock
 from typing import Generic, TypeVar
@@ -42,31 +41,3 @@ class Inbox(Generic[T]):
         """Remove and return all arrivals."""
         with self._lock:
             return self._waiting.drain()
-
-
-class Alarm:
-    """Wakes the one task that waits. It costs one future and one timer: a process waits in every turn."""
-
-    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
-        """`loop` is that of the task."""
-        self._loop = loop
-        self._waiting: asyncio.Future[None] | None = None
-
-    def ring(self) -> None:
-        """Wake the waiting task, if there is one; any thread may call this."""
-        self._loop.call_soon_threadsafe(self._end)
-
-    async def wait(self, timeout_s: float | None) -> None:
-        """Wait until it rings, for so long at most; other tasks run meanwhile, even if there is no time."""
-        self._waiting = self._loop.create_future()
-        timer = None if timeout_s is None else self._loop.call_later(timeout_s, self._end)
-        try:
-            await self._waiting
-        finally:
-            self._waiting = None
-            if timer is not None:
-                timer.cancel()
-
-    def _end(self) -> None:
-        if self._waiting is not None and not self._waiting.done():
-            self._waiting.set_result(None)

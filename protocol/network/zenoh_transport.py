@@ -21,7 +21,6 @@ import asyncio
 import contextlib
 import json
 import logging
-import time
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -32,7 +31,7 @@ from protocol.errors import MessageRefusedError, SessionLostError, UsageError
 from protocol.keys import matches
 from protocol.network.bounded import INBOX_BYTES_MAX, INBOX_CAPACITY
 from protocol.network.deafness import Deafness
-from protocol.network.inbox import Alarm, Inbox
+from protocol.network.inbox import Inbox
 from protocol.network.session import Session
 from protocol.network.settings import CONNECT_TIMEOUT_MS, REOPEN_TIMEOUT_MS, ask_timeout_ms, client_settings
 from protocol.network.traffic import Traffic
@@ -83,6 +82,34 @@ class _Declared:
     hear: Sequence[str]
     answer: Sequence[str]
     alive: str | None
+
+
+class Alarm:
+    """Wakes the one task that waits. It costs one future and one timer: a process waits in every turn."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        """`loop` is that of the task."""
+        self._loop = loop
+        self._waiting: asyncio.Future[None] | None = None
+
+    def ring(self) -> None:
+        """Wake the waiting task, if there is one; any thread may call this."""
+        self._loop.call_soon_threadsafe(self._end)
+
+    async def wait(self, timeout_s: float | None) -> None:
+        """Wait until it rings, for so long at most; other tasks run meanwhile, even if there is no time."""
+        self._waiting = self._loop.create_future()
+        timer = None if timeout_s is None else self._loop.call_later(timeout_s, self._end)
+        try:
+            await self._waiting
+        finally:
+            self._waiting = None
+            if timer is not None:
+                timer.cancel()
+
+    def _end(self) -> None:
+        if self._waiting is not None and not self._waiting.done():
+            self._waiting.set_result(None)
 
 
 class ZenohTransport:
@@ -146,7 +173,7 @@ class ZenohTransport:
         else:
             await asyncio.sleep(0)  # a flood must not keep the loop's other tasks from running
         raw = self._inbox.drain()  # nothing is awaited from here on: a call that is cancelled loses nothing
-        now_s = time.monotonic()
+        now_s = asyncio.get_running_loop().time()
         if not raw:
             self._test_session(now_s)
         arrivals = [arrival for each in raw if (arrival := self._arrived_as(each)) is not None]

@@ -7,7 +7,8 @@ from threading import Event, Thread
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.network.inbox import Alarm, Inbox
+from protocol.network.inbox import Inbox
+from protocol.network.zenoh_transport import Alarm
 from tests.support.deadline import DEADLINE_S
 
 
