@@ -97,7 +97,10 @@ class Life:
         self.verdict: Verdict | None = None
         """The verdict; None until the run has been judged."""
         self._request = request
-        self._keys = request.session.keys
+        self._keys = keys = request.session.keys
+        robots = range(1, request.scenario.fleet.robots + 1)
+        self._drives = {keys.drive(robot_name(robot)): robot for robot in robots}
+        """The robot that each key of orders names."""
         conditions = Conditions(request.plan, request.seed, request.speed or 1.0)
         self._transport = FaultyTransport(
             transport, conditions, self._keys, WORLD, lambda fault: self._note(self._world.now_s, fault)
@@ -277,14 +280,14 @@ class Life:
         return self._transport.hold_up(name) or self._faults.hold_up(name)
 
     def _take(self, arrival: Arrival) -> None:
-        robot = self._robot(arrival.key)
+        robot = self._drives.get(arrival.key) or self._robot(arrival.key)
         match arrival:
+            case Heard(key, message=Drive() as drive) if key in self._drives:
+                self._handle(OrderHeard(self._drives[key], drive))
             case Asked(answer=answer) if arrival.key == self._keys.mission():
                 answer(self._mission)
             case _ if robot is None:
                 self._refuse(arrival)
-            case Heard(message=Drive() as drive) if arrival.key == self._keys.drive(robot_name(robot)):
-                self._handle(OrderHeard(robot, drive))
             case Heard(message=(Raise() | Turn()) as change) if arrival.key == self._keys.fence(
                 robot_name(robot)
             ):
@@ -331,19 +334,29 @@ class Life:
         self._obey(self._world.handle(event, wall_s=time.monotonic()), answer)
 
     def _obey(self, commands: Sequence[Command], answer: Callable[[Message], None] | None = None) -> None:
+        notes: list[Note] = []
         for command in commands:
+            if isinstance(command, Note):
+                notes.append(command)
+                continue
+            self._note_all(notes)  # rule 1
+            notes = []
             match command:
                 case TellOdometry(robot, odometry):
                     self._transport.put(self._keys.odometry(robot_name(robot)), odometry)
                 case ServeScan(scan=scan):
                     assert answer is not None, "a scan without a query"
                     answer(scan)
-                case Note(t_s, record):
-                    self._note(t_s, record)
+        self._note_all(notes)
 
     def _note(self, t_s: float, record: Record) -> None:
-        n = self._recorder.up_to(WORLD) + 1
-        self._write(WORLD, [Entry(n=n, t_s=t_s, hlc=self._transport.timestamp(), record=record)])
+        self._note_all([Note(t_s, record)])
+
+    def _note_all(self, notes: Sequence[Note]) -> None:
+        entries: list[Entry] = []
+        for n, note in enumerate(notes, start=self._recorder.up_to(WORLD) + 1):
+            entries.append(Entry(n=n, t_s=note.t_s, hlc=self._transport.timestamp(), record=note.record))
+        self._write(WORLD, entries)
 
     def _write(self, source: str, entries: Sequence[Entry], incarnation: str = "") -> None:
         for entry in self._recorder.take(source, entries, incarnation):

@@ -1,6 +1,7 @@
 """The recorder: writes each entry of each source once, in the source's order, into `events.jsonl`.
 
-Rule 1: the file is unbuffered and an entry is one write, so a SIGKILL loses nothing that was written.
+Rule 1: the file is unbuffered, and entries that come together are one write. So a SIGKILL loses nothing that
+        was written, and nobody acts on an entry before it is.
 Rule 2: a source is written up to its first missing number; later entries have to be sent again.
 Rule 3: an entry is acknowledged only after it has been written.
 Rule 4: a restarted source is a new incarnation and counts from 1. Once its first entry is written, entries of
@@ -134,9 +135,10 @@ class Recorder:
         taken: list[Entry] = []
         for entry in entries:
             if self._known.follows(source, entry.n, incarnation):
-                self._write(line(source, entry))
                 self._known.recall(source, incarnation, entry)
                 taken.append(entry)
+        if taken:
+            self._write(b"".join(line(source, entry) for entry in taken))
         return taken
 
     def _write(self, text: bytes) -> None:
