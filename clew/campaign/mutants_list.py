@@ -68,6 +68,7 @@ MUTANTS = (
         "protocol/wire/codec.py",
         "    if _seal(content, key) != payload[-SEAL_BYTES:]:",
         "    if len(payload) < SEAL_BYTES:",
+        seed=9,
     ),
     _mutant(
         "no-epsilon",
@@ -157,6 +158,7 @@ MUTANTS = (
         "agents/strand/news.py",
         "            handed=own.handed.number,\n            vertices=len(self._path),\n",
         "            handed=own.handed.number,\n            vertices=len(self._path) + 2,\n",
+        seed=6,
     ),
     _mutant(
         "number-one-again",
@@ -187,6 +189,7 @@ MUTANTS = (
         "agents/strand/leader.py",
         "(self._goal - position))) <= self._mission.goal_tolerance_m\n",
         "(self._goal - position))) <= self._mission.goal_tolerance_m + 0.33\n",
+        seed=3,
     ),
     _mutant(
         "arrives-on-its-way",
@@ -244,6 +247,7 @@ MUTANTS = (
         "protocol/path.py",
         "        return tuple(self._vertices[first : first + most])\n",
         "        return tuple(self._vertices[first : first + most][::-1])\n",
+        seed=3,
     ),
     _mutant(
         "learns-over-gaps",

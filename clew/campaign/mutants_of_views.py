@@ -17,6 +17,7 @@ OF_VIEWS = (
         "world/bodies/arena.py",
         "        self.bodies.stand()\n        return [*samples, ",
         "        return [*samples, ",
+        seed=2,
     ),
     Mutant(
         "any-order",
@@ -33,6 +34,7 @@ OF_VIEWS = (
                 "    return True\n",
             ),
         ),
+        seed=4,
     ),
     mutant(
         "next-life-drives",
@@ -70,6 +72,7 @@ OF_VIEWS = (
         "world/bodies/fence.py",
         "is_next = (fence.epoch, fence.turn) == (now.epoch, now.turn + 1) and now.may is not May.ALL",
         "is_next = fence.epoch == now.epoch and fence != now",
+        seed=4,
     ),
     mutant(
         "late-raises",
@@ -111,6 +114,7 @@ OF_VIEWS = (
         "agents/membership/membership.py",
         "        if (epoch.robot, epoch.life) == (self._robot, self._life):\n",
         "        if epoch.robot == self._robot:\n",
+        seed=17,
     ),
     mutant(
         "fence-unwritten",
@@ -203,6 +207,7 @@ OF_VIEWS = (
         "agents/body/driver.py",
         "        if self._odometry is not None and _age(odometry) <= _age(self._odometry):\n",
         "        if self._odometry is not None and odometry == self._odometry:\n",
+        seed=7,
     ),
     mutant(
         "unheard-is-near",
