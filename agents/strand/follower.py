@@ -11,7 +11,8 @@ Rule 2: before it enters a segment, it checks the segment against a scan of its 
           ground that was checked in another epoch is checked anew.
         - Bodies of robots that are left out may have stopped beside ground that was driven before. Then the
           robot keeps the whole promise, minus part of the tolerance, from wherever the body of a robot may
-          be: between two rays, too. Where that is not sure of the whole segment, a part of it is cleared.
+          be: between two rays, and beyond the range, too. Where that is not sure of the whole segment, a part
+          of it is cleared.
         - Under a law that promises nothing, followers do not sense.
 Rule 3: a segment that is not clear is checked again every `RECHECK_S`; meanwhile the robot stands.
 """
@@ -47,6 +48,8 @@ class Follower:
         self._mission = mission
         self._bodies_left_out = some_are_left_out and mission.robot_radius_m > 0.0
         self._bodies_clear_m = mission.clear_m - SEEN_SHARE * mission.mu0_m
+        in_sight_m = mission.range_m_max - mission.range_error_m_max - mission.mu0_m
+        self._bodies_seen_m = max(0.0, in_sight_m - 2.0 * mission.robot_radius_m - mission.clear_m)
         self._clear_until_m = start_m
         self._checked_at_s = -math.inf
         self.refused_at_s = math.inf
@@ -118,8 +121,9 @@ class Follower:
             clearance_m = min(clearance_m, certain_clearance_m(seen, end, mission))
         until_m = vertex.s_m
         if self._bodies_left_out:
-            until_m = self._free_of_bodies_until_m(seen, path, progress_m, vertex.s_m)
-            if may_look_closer and until_m < vertex.s_m:
+            seen_m = min(vertex.s_m, progress_m + self._bodies_seen_m)
+            until_m = self._free_of_bodies_until_m(seen, path, progress_m, seen_m)
+            if may_look_closer and until_m < seen_m:
                 return LookCloser()
             clear = clear and until_m > progress_m
             clearance_m = min(clearance_m, body_clearance_m(seen, xy(path.at(until_m)), mission))

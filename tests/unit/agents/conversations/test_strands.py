@@ -160,6 +160,25 @@ def test_v13_robots_that_are_left_out_are_passed_at_the_greater_of_epsilon_and_t
     assert passed_m >= keep_m - scenario.law.mu0_m
 
 
+def test_a_body_on_a_driven_leg_that_is_longer_than_scans_reach_is_not_driven_over() -> None:
+    """A robot that is left out died as it crossed the leg, 1.9 m ahead of the robot whose leg that is."""
+    places = ((1.9, 1.2, 0.0), (0.5, 1.2, 0.0), (1.2, 2.2, 0.0))
+    scenario = Setting(
+        name="far", about="a long leg", places=places, goal_m=(3.15, 1.2), obstacles=(), link_length_m_max=3.0
+    ).scenario()
+    scenario = replace(scenario, sensor=replace(scenario.sensor, range_m_max=1.5))
+    stage = ViewStage.begun(places, scenario)
+    stage.kill(3)
+    stage.lose(lambda post: post.sender == 2 and moves(post))
+    stage.run(lambda: stage.place(1)[0] > 2.9)
+    stage.resume_world()
+    stage.push(3, 2.4, 1.2)
+    stage.heal()
+    stage.run(lambda: stage.fence.may is May.ALL)
+    stage.pass_s(5.0)
+    assert 1.0 < stage.place(2)[0] < 2.4 - 2.0 * scenario.fleet.robot_radius_m - scenario.fleet.separation_m
+
+
 def _samples(stage: ViewStage, robot: int) -> list[Pose]:
     return [post.thing.pose for post in stage.sent(of(Odometry, receiver=robot))]
 

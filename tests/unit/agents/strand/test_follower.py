@@ -324,3 +324,16 @@ def test_of_a_segment_a_robot_drives_the_part_that_no_body_can_be_beside_and_loo
     assert len(ends_m) > 2
     assert ends_m == sorted(set(ends_m))
     assert ends_m[-1] == 3.0
+
+
+@pytest.mark.parametrize("beside_m", [0.0, 0.15])
+def test_a_body_beyond_the_range_is_met_by_a_check_that_sees_it(beside_m: float) -> None:
+    """F6 (d): a robot dies as it crosses a leg that counts as driven and is longer than scans reach."""
+    mission = replace(MISSION, range_m_max=1.5)
+    follower, body = Follower(mission, start_m=0.0, some_are_left_out=True), disc(2.5, beside_m)
+    at_m, clear = 0.0, True
+    while clear and at_m < 3.0:
+        clear = check(follower, body, progress_m=at_m, ahead_m=NOBODY_M, mission=mission).clear
+        at_m = follower.clear_part_m(3.0) if clear else at_m
+    assert not clear
+    assert 0.5 < at_m <= 2.5 - 2.0 * RADIUS_M - mission.clear_m + mission.mu0_m
