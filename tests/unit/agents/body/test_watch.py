@@ -120,6 +120,19 @@ def test_within_the_time_nobody_can_touch_the_moving_hull(x_m: float, y_m: float
     assert good == 0.0 or apart_m > RUNNER.obstacle_speed_mps_max * good
 
 
+@given(st.floats(0.31, 0.6), st.floats(-np.pi, np.pi), st.floats(0.2, 0.5), st.floats(-0.5, 0.5))
+def test_nor_who_is_hidden_behind_a_robot(off_m: float, bearing: float, behind_m: float, turn: float) -> None:
+    """P4 of docs/fleets.md: any robot near by, and anybody behind it."""
+    hulls, at = [], np.zeros(2)
+    for way_m, heading in ((off_m, bearing), (behind_m, bearing + turn)):
+        at = at + way_m * np.array([np.cos(heading), np.sin(heading)])
+        hulls.append(Circle(centre_m=(float(at[0]), float(at[1])), radius_m=MISSION.robot_radius_m))
+    good = good_for_s(look_around(hulls, MISSION), TARGET, MISSION)
+    driven = np.array([[min(MISSION.speed_mps * good, 2.0), 0.0]])
+    apart_m = float(clearance(ground_of(hulls), np.zeros((1, 2)), driven)[0]) - MISSION.robot_radius_m
+    assert good == 0.0 or apart_m > MISSION.obstacle_speed_mps_max * good
+
+
 @pytest.mark.parametrize("off_m", [0.6, 0.7, 0.9, 1.2, 1.6])
 def test_a_motion_towards_somebody_is_permitted_for_as_long_as_it_is_safe(off_m: float) -> None:
     gap_m = off_m - 0.25 - HULL_M
