@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from msgspec.structs import replace
@@ -11,7 +12,9 @@ from clew.log.check import check
 from clew.rehearsal.recorded import rehearse
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.exit_codes import ExitCode
-from protocol.faults.plan import uniform
+from protocol.faults.plan import Plan, uniform
+from protocol.faults.rules import Freeze
+from protocol.files.reading import understand
 from protocol.frames import Point
 from protocol.mission import BRIEF_S
 from protocol.timeline import PromiseBroken, StrandReversed
@@ -22,7 +25,7 @@ from world.events import ScanAsked, StopAsked
 from world.judge.ending import Ending
 from world.judge.judgement import Judgement, judge
 from world.record.run_files import read_verdict
-from world.scenario.scenario import load
+from world.scenario.scenario import Scenario, load
 
 TICKS_PER_S = 50
 
@@ -138,6 +141,23 @@ def test_a_strand_arrives_beside_a_fast_pedestrian_with_more_room_between_its_ro
     verdict = rehearse(fast, 1, tmp_path, lambda _: None)
     assert (verdict.ok, verdict.robots_arrived) == (True, 3), verdict.reason
     assert differences(tmp_path) == []
+
+
+def test_a_child_that_runs_out_from_behind_the_leader_does_not_touch_a_frozen_robot_that_drives_on() -> None:
+    """Its last scan shows the leader's hull, and not who stands behind that; the body drives on by it."""
+    raw = msgspec.to_builtins(load("pedestrian"))
+    raw["fleet"] |= {"robots": 2, "start": [2.1, 2.0, 0.0], "spacing_m": 0.9}
+    raw["obstacle"], raw["obstacle_speed_mps_max"] = [], 1.0
+    track = [(0.0, 2.3, 2.0), (0.2, 2.3, 2.0), (0.49, 2.1, 2.2), (0.78, 1.88, 2.02), (1.37, 1.3, 2.0)]
+    raw["moving"] = [{"id": "child", "shape": "circle", "radius_m": 0.05, "track": track}]
+    plan = Plan(name="frozen", rules=(Freeze(target="r2", from_s=0.3, for_s=2.0),))
+    rehearsal = Rehearsal(understand(raw, Scenario, "child"), 1, plan)
+    for _ in rehearsal.ticks():
+        if rehearsal.world.now_s > 3.0:
+            rehearsal.stop(ExitCode.INTERRUPTED)
+    judgement = judge(rehearsal.world.scenario, rehearsal.entries)
+    assert touched(judgement) == []
+    assert judgement.path_m > 0.0
 
 
 def test_the_follower_does_not_catch_up_with_a_robot_that_drives_on() -> None:
