@@ -9,6 +9,9 @@ from protocol.frames import ROBOTS_MAX, Length, Metres, Point, Seconds, Speed
 
 DEADMAN_S = 1.0  # ten odometry periods: docs/run.md
 WATCH_S = 0.3  # odometry, scan, order: a robot whose motion is safe for this long never has to stop
+MOVES_S = (
+    0.05  # two of the world's ticks, order and one to move in, to a hundredth: who may not do that stands
+)
 BRIEF_S = 0.06  # three of the world's ticks: scan, order, and one to move in
 SEEN_SHARE = 0.75  # of the tolerance; a quarter remains for the drive, whose error in a swarm is far less
 
@@ -42,6 +45,11 @@ class Bounds(Struct, frozen=True, kw_only=True):
     y_m_min: Metres
     x_m_max: Metres
     y_m_max: Metres
+
+
+def moment_m_of(speed_mps: float, mu0_m: float) -> float:
+    """How far hulls are to be apart where an obstacle of this speed may be hidden behind one [m]."""
+    return BRIEF_S * speed_mps + mu0_m if speed_mps > 0.0 else 0.0
 
 
 class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
@@ -121,8 +129,17 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
         The tolerance is added to the separation because two robots may be off their path. It is larger where
         obstacles move: one may be hidden behind the other robot, and nearer to it no moment is safe.
         """
-        moment_m = BRIEF_S * self.obstacle_speed_mps_max + self.mu0_m if self.obstacles_move else 0.0
+        moment_m = moment_m_of(self.obstacle_speed_mps_max, self.mu0_m)
         return 2.0 * self.robot_radius_m + max(self.separation_m, moment_m) + self.mu0_m
+
+    @property
+    def moves_beside_m(self) -> float:
+        """The least distance between the centres of two robots at which one of them may move at all.
+
+        Where obstacles move, one may be hidden behind the other robot.
+        """
+        least_m = MOVES_S * self.obstacle_speed_mps_max + self.mu0_m + self.range_error_m_max
+        return 2.0 * self.robot_radius_m + (least_m if self.obstacles_move else 0.0)
 
     @property
     def seen_less_m(self) -> float:

@@ -25,6 +25,12 @@ Corner = Annotated[
 ]
 
 
+def speed_mps_max(track: Track) -> float:
+    """The speed on the fastest leg of a track, but for legs that take no time, which no scenario may have."""
+    legs = [(one, other) for one, other in pairwise(track) if other[0] > one[0]]
+    return max((math.dist(one[1:], other[1:]) / (other[0] - one[0]) for one, other in legs), default=0.0)
+
+
 class _Moving(Struct, frozen=True, kw_only=True, tag_field="shape", forbid_unknown_fields=True):
     """The base of all moving obstacles: a name, a track, and the field for the shape."""
 
@@ -33,9 +39,8 @@ class _Moving(Struct, frozen=True, kw_only=True, tag_field="shape", forbid_unkno
 
     @property
     def speed_mps_max(self) -> float:
-        """The speed on its fastest leg; times have to increase."""
-        legs = pairwise(self.track)
-        return max((math.dist(one[1:], other[1:]) / (other[0] - one[0]) for one, other in legs), default=0.0)
+        """The speed on its fastest leg."""
+        return speed_mps_max(self.track)
 
 
 class MovingCircle(_Moving, frozen=True, kw_only=True, tag="circle"):

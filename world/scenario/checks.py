@@ -7,7 +7,7 @@ from typing import NoReturn
 import numpy as np
 
 from protocol.frames import SPEED_MPS_MAX, Point, Pose
-from protocol.mission import Bounds
+from protocol.mission import Bounds, Mission
 from world.geometry.clearance import distances
 from world.geometry.movers import Movers
 from world.geometry.moving import Moving
@@ -110,10 +110,15 @@ def said(bounds: Bounds | None) -> Bounds:
     return bounds
 
 
-def places_apart(section: Fleet, poses: Sequence[Pose]) -> None:
-    """No two robots start nearer to each other than their separation."""
+def places_apart(section: Fleet, poses: Sequence[Pose], mission: Mission) -> None:
+    """No two robots start nearer to each other than their separation, or so near that neither may move."""
     least_m = 2.0 * section.robot_radius_m + section.separation_m
     rule = f">= 2 robot_radius_m + separation_m = {least_m:g} m"
+    if mission.moves_beside_m > least_m:
+        least_m, speed_mps = mission.moves_beside_m, mission.obstacle_speed_mps_max
+        rule = (
+            f">= {least_m:.4g} m: nearer to one that may hide an obstacle of {speed_mps:g} m/s, none can move"
+        )
     if section.spacing_m is not None:  # places on one line: the spacing is their least distance
         if len(poses) > 1 and section.spacing_m < least_m - ROUNDING_M:
             _refuse("fleet.spacing_m", rule, section.spacing_m)

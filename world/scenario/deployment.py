@@ -13,7 +13,7 @@ from msgspec import Struct, field
 from protocol.errors import UsageError
 from protocol.files.reading import understand
 from protocol.frames import Pose
-from protocol.mission import Bounds
+from protocol.mission import Bounds, moment_m_of
 from world.chance import stream
 from world.geometry.clearance import distances
 from world.geometry.movers import Movers
@@ -37,6 +37,7 @@ class _Site(Struct, frozen=True, kw_only=True):
     bounds: Bounds | None = None
     obstacles: tuple[Shape, ...] = field(default=(), name="obstacle")
     moving: tuple[Moving, ...] = ()
+    obstacle_speed_mps_max: float | None = None
 
     def __post_init__(self) -> None:
         checks.within(checks.said(self.bounds), self.fleet, (), None)
@@ -54,6 +55,10 @@ class _Site(Struct, frozen=True, kw_only=True):
         """One place per robot, or all places that were found."""
         radius_m, bounds = self.fleet.robot_radius_m, checks.said(self.bounds)
         ground, clear_m = ground_of(self.obstacles), radius_m + self.law.epsilon_m
+        speed_mps = self.obstacle_speed_mps_max
+        if speed_mps is None:
+            speed_mps = max((each.speed_mps_max for each in self.moving), default=0.0)
+        apart_m = max(self.fleet.separation_m, moment_m_of(speed_mps, self.law.mu0_m))
         return free_places(
             self.fleet.robots,
             piece_of(ground, bounds, at_m=self.at_m, hull_m=radius_m, clear_m=clear_m),
@@ -61,7 +66,7 @@ class _Site(Struct, frozen=True, kw_only=True):
             seed=seed,
             clear_m=clear_m,
             # The distance that a joining robot keeps from all others.
-            apart_m=2.0 * radius_m + self.fleet.separation_m + self.law.mu0_m,
+            apart_m=2.0 * radius_m + apart_m + self.law.mu0_m,
         )
 
 

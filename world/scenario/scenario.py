@@ -83,7 +83,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
         if self.law.promises_clearance:
             checks.errors_covered(self.law, self.error_budget)
         poses, radius_m = self.fleet.poses(), self.fleet.robot_radius_m
-        checks.places_apart(self.fleet, poses)
+        checks.places_apart(self.fleet, poses, self.mission())
         checks.within(self.bounds, self.fleet, poses, self.goal)
         standoff_m = self.closest_m if self.law.promises_clearance else radius_m
         checks.clear_of(self.ground, self.fleet, poses, self.goal, standoff_m)

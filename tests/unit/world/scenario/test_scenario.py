@@ -13,6 +13,7 @@ from scipy import ndimage
 
 from protocol.errors import UsageError
 from protocol.files.reading import understand
+from protocol.root import ROOT
 from tests.support.strategies.shape_strategies import as_shapely
 from world.scenario.reading import SCENARIOS
 from world.scenario.scenario import Scenario, load, schema
@@ -211,6 +212,16 @@ def test_an_invalid_scenario_is_refused_in_one_line(
     with pytest.raises(UsageError) as refusal:
         _load(tmp_path, SOUND.replace(old, new))
     assert str(refusal.value) == f"{tmp_path / 'wood.toml'}: {line}"
+
+
+def test_robots_that_start_too_near_to_each_other_to_move_beside_fast_obstacles_are_refused(
+    tmp_path: Path,
+) -> None:
+    text = (ROOT / "launch" / "scenarios" / "pedestrian.toml").read_text(encoding="utf-8")
+    fast = text.replace("[fleet]", "obstacle_speed_mps_max = 2.5\n\n[fleet]", 1)
+    with pytest.raises(UsageError, match=r"fleet.spacing_m: must be >= 0.338 m: .* 2.5 m/s.*got 0.3$"):
+        _load(tmp_path, fast)
+    assert _load(tmp_path, fast.replace("spacing_m = 0.3", "spacing_m = 0.34")).fleet.spacing_m == 0.34
 
 
 def test_a_law_without_promises_needs_no_error_budget_and_only_no_contact(tmp_path: Path) -> None:

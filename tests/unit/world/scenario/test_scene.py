@@ -55,6 +55,15 @@ def test_a_scene_may_name_metres_as_units_and_have_no_circles(tmp_path: Path) ->
     assert len(_load(tmp_path, {"units": "m", "circles": []}).obstacles) == 2
 
 
+def test_robots_start_further_apart_where_discs_are_fast(tmp_path: Path) -> None:
+    spacings_m = []
+    for end_m in (2.0, 0.0):  # 0.5 m/s, and 2.5 m/s
+        track = [[0, 2.5, 2.5], [1, 2.5, end_m]]
+        fleet = _load(tmp_path, {"moving": [{"id": 7, "radius": 0.2, "track": track}]}).fleet
+        spacings_m.append(fleet.spacing_m)
+    assert spacings_m == pytest.approx([0.36, 2.0 * 0.12 + 0.06 * 2.5 + 3.0 * 0.005])
+
+
 def test_a_scene_may_have_moving_discs_with_numbers_as_names(tmp_path: Path) -> None:
     track = [[0, 2.0, -1.0], [4, 2.0, 1.0], [6, 2.0, -1.0]]
     crossed = _load(tmp_path, {"moving": [{"id": 7, "radius": 0.2, "track": track}]})
