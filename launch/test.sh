@@ -70,9 +70,9 @@ check_tests -m "not processes" -n auto --dist worksteal "$@"
 wait $!
 cat "$beside/said"
 [[ ! -e $beside/failed ]] || mapfile -t -O "${#failed[@]}" failed <"$beside/failed"
-# A fleet waits more than it computes: two for each core. The tests of a file share what they have set up; in
+# A fleet waits more than it computes: three for each two cores. Tests of a file share what they have set up; in
 # the order of the folders the longest files come first.
-check_tests -m processes -n $(($(nproc) * 2)) --dist loadfile --no-loadscope-reorder "$@"
+check_tests -m processes -n $(($(nproc) * 3 / 2)) --dist loadfile --no-loadscope-reorder "$@"
 ((${#failed[@]} == 0)) && exit
 clew_say "failed: $(printf '%s; ' "${failed[@]}")"
 exit 1

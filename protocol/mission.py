@@ -9,9 +9,7 @@ from protocol.frames import ROBOTS_MAX, Length, Metres, Point, Seconds, Speed
 
 DEADMAN_S = 1.0  # ten odometry periods: docs/run.md
 WATCH_S = 0.3  # odometry, scan, order: a robot whose motion is safe for this long never has to stop
-MOVES_S = (
-    0.05  # two of the world's ticks, order and one to move in, to a hundredth: who may not do that stands
-)
+MOVES_S = 0.05  # two ticks, order and one to move in, to a hundredth: who may not do that cannot move
 BRIEF_S = 0.06  # three of the world's ticks: scan, order, and one to move in
 SEEN_SHARE = 0.75  # of the tolerance; a quarter remains for the drive, whose error in a swarm is far less
 

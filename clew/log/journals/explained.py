@@ -52,14 +52,13 @@ class Explained:
 
     def of(self, process: Process, turn: int, deed: Deed) -> list[Link]:
         """Why a process did something."""
-        now_s = process.turns[turn].input.now_s
         commands = [*process.commands(turn)]
         for command in filter(deed, commands):
             match command:
                 case Note(LinkSilent(neighbour=other) | LinkBroken(neighbour=other, cause="silence")):
-                    return self._unheard(process, other, addresses.link, now_s)
+                    return self._unheard(process, other, addresses.link, turn)
                 case Note(ViewProposed()) | Put(Raise()):
-                    return self._lost(process, commands, now_s)
+                    return self._lost(process, commands, turn)
                 case Note(ViewLeft(epoch=number)):  # what a coordinator answers itself is in no journal
                     return self._left_out(process, process.robot, number)
                 case Say(robot, Answer(out=True, epoch=epoch)) | Note(
@@ -86,7 +85,7 @@ class Explained:
         """Why a token went."""
         return [*self._silence.struck(robot_name(robot), t_s - TOKEN_S, t_s + LAG_S)]
 
-    def _lost(self, process: Process, commands: Sequence[Command], now_s: float) -> list[Link]:
+    def _lost(self, process: Process, commands: Sequence[Command], turn: int) -> list[Link]:
         """Rule 1: a view was proposed for a robot that is lost."""
         notes = [command.record for command in commands if isinstance(command, Note)]
         if any(isinstance(each, LinkBroken) and each.cause == "token" for each in notes):
@@ -94,18 +93,18 @@ class Explained:
         for each in notes:
             match each:
                 case ViewProposed(cause=Cause.NEIGHBOUR_LOST, about=int(other)):
-                    return self._unheard(process, other, addresses.link, now_s)
+                    return self._unheard(process, other, addresses.link, turn)
                 case ViewProposed(cause=Cause.COORDINATOR_LOST, about=int(other), why=why) if "silent" in why:
-                    return self._unheard(process, other, addresses.view, now_s)
+                    return self._unheard(process, other, addresses.view, turn)
                 case _:
                     pass
         return []
 
     def _unheard(
-        self, process: Process, speaker: int, family: Callable[[int, int], str], to_s: float
+        self, process: Process, speaker: int, family: Callable[[int, int], str], turn: int
     ) -> list[Link]:
         keys = {family(speaker, process.robot)}
-        heard = self._silence.heard(process, keys, to_s)
+        heard, to_s = self._silence.heard(process, keys, turn), process.turns[turn].input.now_s
         from_s = 0.0 if heard is None else heard.t_s
         found = self._silence.between(process.name, speaker, keys, from_s, to_s)
         return [*([] if heard is None else [heard]), *found]
@@ -147,7 +146,7 @@ class Explained:
             for command in process.commands(turn, only=Note):
                 match command:
                     case Note(LinkBroken(neighbour=other, cause="silence")) if other == robot:
-                        return self._unheard(process, robot, addresses.link, process.turns[turn].input.now_s)
+                        return self._unheard(process, robot, addresses.link, turn)
                     case _:
                         pass
         return []

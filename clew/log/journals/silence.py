@@ -41,12 +41,12 @@ class Silence:
     def __init__(self, processes: Sequence[Process], lines: Sequence[Line]) -> None:
         self._processes, self._lines = processes, lines
 
-    def heard(self, listener: Process, keys: Collection[str], until_s: float) -> Link | None:
-        """The last message on these keys that a robot took in by then."""
-        for index in range(len(listener.turns) - 1, -1, -1):
+    def heard(self, listener: Process, keys: Collection[str], before: int) -> Link | None:
+        """The last message on these keys that a robot took in before a turn."""
+        for index in range(before - 1, -1, -1):
             turn = listener.turns[index]
             message = message_in(turn.event)
-            if turn.input.now_s <= until_s and turn.input.key in keys and message is not None:
+            if turn.input.key in keys and message is not None:
                 said = f"the last of {turn.input.key} that it heard: {tag_of(message)}: {content(message)}"
                 place = (turn.input.key, turn.input.number)
                 return Link(turn.input.now_s, listener.name, "message", said, index + 1, *place)

@@ -11,7 +11,7 @@ from agents.body.senses import Senses
 from agents.body.watch import APPROACH_S, LONGEST_S, STILL_S_MAX, Watch, good_for_s
 from protocol.fence import Fence
 from protocol.frames import Point, Pose
-from protocol.mission import BRIEF_S
+from protocol.mission import BRIEF_S, MOVES_S
 from protocol.wire.messages import Odometry, Phase
 from tests.support.stages.one_step import look_around, under
 from world.geometry.clearance import clearance
@@ -92,6 +92,7 @@ RUNNER = replace(MISSION, obstacle_speed_mps_max=2.5)
 TARGET = np.array([2.0, 0.0])
 HULL_M = RUNNER.robot_radius_m + RUNNER.mu0_m
 MOMENT_M = BRIEF_S * RUNNER.obstacle_speed_mps_max
+MOVES_M = MOVES_S * RUNNER.obstacle_speed_mps_max
 
 
 def good_s(x_m: float, y_m: float, *, radius_m: float = 0.25) -> float:
@@ -108,7 +109,12 @@ def test_somebody_beside_the_way_is_passed_by_moments(x_m: float) -> None:
 
 @pytest.mark.parametrize("x_m", [0.1, 0.3, 0.5])
 def test_who_leaves_no_moment_somewhere_on_the_way_is_not_approached(x_m: float) -> None:
-    assert good_s(x_m, 0.25 + HULL_M + MOMENT_M - 0.02) == 0.0
+    assert good_s(x_m, 0.25 + HULL_M + MOVES_M - 0.02) == 0.0
+
+
+@pytest.mark.parametrize("x_m", [0.1, 0.3, 0.5])
+def test_what_was_planned_for_a_moment_is_approached_though_it_is_seen_a_little_nearer(x_m: float) -> None:
+    assert good_s(x_m, 0.25 + HULL_M + MOMENT_M - 0.005) > 0.0
 
 
 @given(st.floats(-0.5, 1.5), st.floats(0.0, 1.5))
