@@ -45,9 +45,12 @@ class Bounds(Struct, frozen=True, kw_only=True):
     y_m_max: Metres
 
 
-def moment_m_of(speed_mps: float, mu0_m: float) -> float:
-    """How far hulls are to be apart where an obstacle of this speed may be hidden behind one [m]."""
-    return BRIEF_S * speed_mps + mu0_m if speed_mps > 0.0 else 0.0
+def robot_keep_m(
+    *, robot_radius_m: float, separation_m: float, mu0_m: float, obstacle_speed_mps_max: float
+) -> float:
+    """See `Mission.robot_keep_m`."""
+    moment_m = BRIEF_S * obstacle_speed_mps_max + mu0_m if obstacle_speed_mps_max > 0.0 else 0.0
+    return 2.0 * robot_radius_m + max(separation_m, moment_m) + mu0_m
 
 
 class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
@@ -127,8 +130,12 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
         The tolerance is added to the separation because two robots may be off their path. It is larger where
         obstacles move: one may be hidden behind the other robot, and nearer to it no moment is safe.
         """
-        moment_m = moment_m_of(self.obstacle_speed_mps_max, self.mu0_m)
-        return 2.0 * self.robot_radius_m + max(self.separation_m, moment_m) + self.mu0_m
+        return robot_keep_m(
+            robot_radius_m=self.robot_radius_m,
+            separation_m=self.separation_m,
+            mu0_m=self.mu0_m,
+            obstacle_speed_mps_max=self.obstacle_speed_mps_max if self.obstacles_move else 0.0,
+        )
 
     @property
     def moves_beside_m(self) -> float:

@@ -180,8 +180,8 @@ MUTANTS = (
         "keep-without-mu0",
         "A2: two robots keep the separation and the tolerance, since both may be off their path",
         "protocol/mission.py",
-        "max(self.separation_m, moment_m) + self.mu0_m\n",
-        "max(self.separation_m, moment_m)\n",
+        "max(separation_m, moment_m) + mu0_m\n",
+        "max(separation_m, moment_m)\n",
     ),
     _mutant(
         "reached-short",

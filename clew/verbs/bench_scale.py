@@ -1,9 +1,9 @@
 """`clew bench scale`: runs fleets of many real processes, and measures what they cost."""
 
+import math
 import os
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -77,7 +77,9 @@ def scale(
     with tempfile.TemporaryDirectory(prefix="clew-scale.") as temporary:
         folder = Path(temporary) if keep is None else keep
         for robots in fleets or FLEETS:
-            runs.append(_run(robots, speed, stand_s, drive_s, folder / f"{robots}-{len(runs) + 1}"))
+            runs.append(
+                _run(robots, speed, stand_s, drive_s or math.inf, folder / f"{robots}-{len(runs) + 1}")
+            )
             click.echo(f"{robots} robots: {runs[-1].reason}", err=True)
     if as_json:
         begun.say_json(figures(runs), runs)
@@ -86,7 +88,7 @@ def scale(
     ctx.exit(ExitCode.OK if all(run.is_good for run in runs) else ExitCode.FAILED)
 
 
-def _run(robots: int, speed: float, stand_s: float, drive_s: float | None, folder: Path) -> "ScaleRun":
+def _run(robots: int, speed: float, stand_s: float, drive_s: float, folder: Path) -> "ScaleRun":
     from clew.bench.live import SEED, LiveFleet, load
     from clew.bench.scale import queue_before_posts, scale_run
 
@@ -94,7 +96,7 @@ def _run(robots: int, speed: float, stand_s: float, drive_s: float | None, folde
     fleet = LiveFleet(queue_before_posts(robots, seed=SEED), folder, speed=speed)
     try:
         standing, driving = _watch(fleet, stand_s, drive_s)
-        is_cut_short = drive_s is not None and driving is not None and driving.sim_s >= drive_s
+        is_cut_short = driving is not None and driving.sim_s >= drive_s
     finally:
         ended, verdict = fleet.end()
     return scale_run(
@@ -111,7 +113,7 @@ def _run(robots: int, speed: float, stand_s: float, drive_s: float | None, folde
     )
 
 
-def _watch(fleet: "LiveFleet", stand_s: float, drive_s: float | None) -> "tuple[Spell | None, Spell | None]":
+def _watch(fleet: "LiveFleet", stand_s: float, drive_s: float) -> "tuple[Spell | None, Spell | None]":
     """Let it form, stand and drive, to its goal or for so long; returns what it used meanwhile."""
     standing: Spell | None = None
     if not fleet.until(lambda: fleet.progress.joined >= fleet.robots, fleet.start_s_max):
@@ -119,18 +121,16 @@ def _watch(fleet: "LiveFleet", stand_s: float, drive_s: float | None) -> "tuple[
     if stand_s > 0.0:
         try:
             request_fault(fleet.out, HaltRequest(stop=True))
-            standing = _spell(fleet, lambda since_s: fleet.progress.now_s >= since_s + stand_s)
+            standing = _spell(fleet, stand_s)
             request_fault(fleet.out, HaltRequest(stop=False))
         except UsageError:  # it is over already
             return standing, None
         fleet.until(lambda: fleet.progress.joined >= 2 * fleet.robots, fleet.start_s_max)
-    return standing, _spell(
-        fleet, lambda since_s: drive_s is not None and fleet.progress.now_s >= since_s + drive_s
-    )
+    return standing, _spell(fleet, drive_s)
 
 
-def _spell(fleet: "LiveFleet", is_over: "Callable[[float], bool]") -> "Spell | None":
-    """What the fleet uses from now until that is so of the time of the beginning, or the run is over."""
+def _spell(fleet: "LiveFleet", for_s: float) -> "Spell | None":
+    """What the fleet uses in so many simulated seconds from now, or until the run is over."""
     from clew.bench.scale import spell
     from clew.bench.usage import cpu_s, processes, usage_of
 
@@ -138,7 +138,7 @@ def _spell(fleet: "LiveFleet", is_over: "Callable[[float], bool]") -> "Spell | N
     pids, progress = fleet.processes, fleet.progress
     first, since_s, since_wall_s = processes(pids), progress.now_s, time.monotonic()
     found: Spell | None = None
-    while not (is_over(since_s) or progress.is_over or fleet.has_ended(LOOK_S)):
+    while not (progress.now_s >= since_s + for_s or progress.is_over or fleet.has_ended(LOOK_S)):
         fleet.look()
         last = processes(pids)
         used = {part: usage_of(part, last) for part in PARTS}

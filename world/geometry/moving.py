@@ -6,6 +6,7 @@ Rule 3: a moving obstacle that stands still counts as a moving obstacle.
 """
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Annotated
 
@@ -82,3 +83,8 @@ class MovingPolygon(_Moving, frozen=True, kw_only=True, tag="polygon"):
 
 
 Moving = MovingCircle | MovingPolygon
+
+
+def top_speed_mps(moving: Sequence[Moving], said_mps: float | None) -> float:
+    """The top speed of any of these: as a scenario says, or that of the fastest leg of any track."""
+    return max((each.speed_mps_max for each in moving), default=0.0) if said_mps is None else said_mps

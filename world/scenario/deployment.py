@@ -13,11 +13,11 @@ from msgspec import Struct, field
 from protocol.errors import UsageError
 from protocol.files.reading import understand
 from protocol.frames import Pose
-from protocol.mission import Bounds, moment_m_of
+from protocol.mission import Bounds, robot_keep_m
 from world.chance import stream
 from world.geometry.clearance import distances
 from world.geometry.movers import Movers
-from world.geometry.moving import Moving
+from world.geometry.moving import Moving, top_speed_mps
 from world.geometry.shapes import Ground, Shape, ground_of
 from world.scenario import checks
 from world.scenario.piece import Piece, piece_of
@@ -55,10 +55,7 @@ class _Site(Struct, frozen=True, kw_only=True):
         """One place per robot, or all places that were found."""
         radius_m, bounds = self.fleet.robot_radius_m, checks.said(self.bounds)
         ground, clear_m = ground_of(self.obstacles), radius_m + self.law.epsilon_m
-        speed_mps = self.obstacle_speed_mps_max
-        if speed_mps is None:
-            speed_mps = max((each.speed_mps_max for each in self.moving), default=0.0)
-        apart_m = max(self.fleet.separation_m, moment_m_of(speed_mps, self.law.mu0_m))
+        speed_mps = top_speed_mps(self.moving, self.obstacle_speed_mps_max)
         return free_places(
             self.fleet.robots,
             piece_of(ground, bounds, at_m=self.at_m, hull_m=radius_m, clear_m=clear_m),
@@ -66,7 +63,12 @@ class _Site(Struct, frozen=True, kw_only=True):
             seed=seed,
             clear_m=clear_m,
             # The distance that a joining robot keeps from all others.
-            apart_m=2.0 * radius_m + apart_m + self.law.mu0_m,
+            apart_m=robot_keep_m(
+                robot_radius_m=radius_m,
+                separation_m=self.fleet.separation_m,
+                mu0_m=self.law.mu0_m,
+                obstacle_speed_mps_max=speed_mps if self.law.promises_clearance else 0.0,
+            ),
         )
 
 

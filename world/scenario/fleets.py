@@ -19,7 +19,7 @@ from protocol.frames import ROBOTS_MAX, Speed
 from protocol.mission import Bounds
 from protocol.run_settings import SEED_MAX
 from world.chance import stream
-from world.geometry.moving import Moving
+from world.geometry.moving import Moving, top_speed_mps
 from world.geometry.shapes import Circle, Shape
 from world.scenario.budget import sure_range_m
 from world.scenario.reading import find
@@ -90,9 +90,7 @@ class SharedGround(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     @property
     def speed_mps_max(self) -> float:
         """What every fleet has to expect of anything that moves (rule 1)."""
-        said = self.obstacle_speed_mps_max
-        of_tracks = max((each.speed_mps_max for each in self.moving), default=0.0)
-        return max(self.drive.speed_mps, of_tracks if said is None else said)
+        return max(self.drive.speed_mps, top_speed_mps(self.moving, self.obstacle_speed_mps_max))
 
     def scenarios(self) -> dict[str, Scenario]:
         """The scenario of each fleet, by name, in the file's order.

@@ -18,7 +18,7 @@ from protocol.frames import Length, Point, Speed
 from protocol.mission import Bounds, Mission
 from protocol.wire.messages import RAYS_MAX
 from world.geometry.movers import Movers
-from world.geometry.moving import Moving
+from world.geometry.moving import Moving, top_speed_mps
 from world.geometry.shapes import Ground, Shape, ground_of
 from world.scenario import checks, scene
 from world.scenario.budget import NOISE_SIGMAS, Budget, budget, revolutions, sure_range_m
@@ -154,9 +154,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
 
     def mission(self) -> Mission:
         """The mission that every robot gets."""
-        goal, speed_mps_max = self.goal, self.obstacle_speed_mps_max
-        if speed_mps_max is None:
-            speed_mps_max = max((each.speed_mps_max for each in self.moving), default=0.0)
+        goal = self.goal
         return Mission(
             robots=self.fleet.robots,
             robot_radius_m=self.fleet.robot_radius_m,
@@ -175,7 +173,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
             goal_tolerance_m=0.0 if goal is None else goal.tolerance_m,
             bounds=self.bounds,
             switching_positions_max=self.switching_positions_max,
-            obstacle_speed_mps_max=speed_mps_max,
+            obstacle_speed_mps_max=top_speed_mps(self.moving, self.obstacle_speed_mps_max),
         )
 
     def fingerprint(self) -> str:

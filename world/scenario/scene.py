@@ -9,7 +9,7 @@ from msgspec import Meta, Struct
 from protocol.errors import UsageError
 from protocol.files.reading import understand
 from protocol.frames import Metres, wrap
-from protocol.mission import moment_m_of
+from protocol.mission import robot_keep_m
 from world.geometry.moving import Name, Track, speed_mps_max
 from world.geometry.shapes import Extent, Position, Shape
 from world.scenario.budget import HEADING_ERRORS, NOISE_SIGMAS
@@ -90,7 +90,9 @@ def as_scenario(raw: dict[str, Any], source: str) -> dict[str, Any]:
     share_m = ERROR_SHARE * mu0_m
     x_m_min, y_m_min, x_m_max, y_m_max = scene.bounds
     mover_mps = max((speed_mps_max(each.track) for each in scene.moving), default=0.0)
-    beside_m = 2.0 * (radius_m + mu0_m) + moment_m_of(mover_mps, mu0_m)  # fast ones may come out from behind
+    keep_m = robot_keep_m(
+        robot_radius_m=radius_m, separation_m=epsilon_m, mu0_m=mu0_m, obstacle_speed_mps_max=mover_mps
+    )
     return {
         "name": scene.name,
         "fleet": {
@@ -99,7 +101,7 @@ def as_scenario(raw: dict[str, Any], source: str) -> dict[str, Any]:
             "separation_m": epsilon_m,  # a dead robot is an obstacle like any other
             "link_length_m_max": LINK_RADII * radius_m,
             "start": (*scene.start[:2], wrap(scene.start[2])),
-            "spacing_m": max(SPACING_RADII * radius_m, beside_m),
+            "spacing_m": max(SPACING_RADII * radius_m, keep_m + mu0_m),
         },
         "law": {"epsilon_m": epsilon_m, "mu0_m": mu0_m},
         "goal": {"at_m": scene.goal, "tolerance_m": scene.goal_tol},
