@@ -3,10 +3,11 @@
 When Zenoh gives up opening a link just after the other side has accepted it, the link stays half open: the
 session counts as connected, receives nothing, and the router refuses it any other link (`MAX_LINKS`).
 
-Rule 1: a session is deaf if it has seen tokens of other processes, is connected, and has seen none for
-        `DEAF_S`. It is opened anew. If the others are really gone, that costs some milliseconds.
+Rule 1: a session is deaf if it is connected and has seen no token of another process for `DEAF_S`. It is
+        opened anew. If the others are really gone, that costs some milliseconds.
 Rule 2: a pause of this process counts as `LOOK_S_MAX` at most: what has arrived meanwhile is not read yet.
-Rule 3: the time doubles, up to `DEAF_S_MAX`, until a token is seen.
+Rule 3: the time doubles, up to `DEAF_S_MAX`, until a token is seen. It is as long before the first one: the
+        others may not have been started yet.
 """
 
 from collections.abc import Collection
@@ -25,15 +26,14 @@ class Deafness:
         """`own` is the key of the session's own token, which it sees without the router."""
         self._own = own
         self._shown: set[str] = set()
-        self._has_seen_others = False
-        self._limit_s = DEAF_S
+        self._limit_s = DEAF_S_MAX
         self._alone_s = 0.0
         self._looked_s: float | None = None
 
     @property
     def is_alone(self) -> bool:
-        """Whether it has seen tokens of other processes and sees none now."""
-        return self._has_seen_others and self._shown <= {self._own}
+        """Whether it sees no token of another process."""
+        return self._shown <= {self._own}
 
     def see(self, key: str, *, shown: bool) -> None:
         """A token has appeared or vanished."""
@@ -42,7 +42,6 @@ class Deafness:
             return
         self._shown.add(key)
         if key != self._own:
-            self._has_seen_others = True
             self._alone_s, self._limit_s = 0.0, DEAF_S
 
     def forget_others(self, patterns: Collection[str]) -> None:

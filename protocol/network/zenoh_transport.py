@@ -10,8 +10,8 @@ Rule 4: only messages through the router are received: a session would otherwise
 Rule 5: some bytes, which no router should send, make Zenoh panic. Then its locks stay poisoned and the
         session is unusable: the process ends, and the fleet continues as after a crash. A process that
         receives nothing tests its session, since it may send nothing either, and its token would stay.
-Rule 6: a session that is connected and deaf (`deafness.py`) is closed, and another takes its place in this
-        process: with the same subscriptions, the same token, and message numbers that go on.
+Rule 6: a session that watches tokens and is deaf (`deafness.py`) is closed, and another takes its place in
+        this process: with the same subscriptions, the same token, and message numbers that go on.
 Rule 7: which tokens are watched can change. A query behind each new subscription tells the tokens that are
         there, and its end that these are all. So a token may be told twice. One that is not watched any more
         is not told.
@@ -33,7 +33,7 @@ from protocol.network.bounded import INBOX_BYTES_MAX, INBOX_CAPACITY
 from protocol.network.deafness import Deafness
 from protocol.network.inbox import Inbox
 from protocol.network.session import Session
-from protocol.network.settings import CONNECT_TIMEOUT_MS, REOPEN_TIMEOUT_MS, ask_timeout_ms, client_settings
+from protocol.network.settings import REOPEN_TIMEOUT_MS, ask_timeout_ms, client_settings
 from protocol.network.traffic import Traffic
 from protocol.network.transport import Appeared, Arrival, Asked, Heard, Listed, Refused, Vanished
 from protocol.wire.codec import decode, encode
@@ -122,7 +122,7 @@ class ZenohTransport:
         self._unlisted: set[str] = set()
         self._opened = contextlib.ExitStack()
         """Ends the token, then the session."""
-        self._session = self._opened.enter_context(_connected(declared.session, CONNECT_TIMEOUT_MS))
+        self._session = self._opened.enter_context(_connected(declared.session))
         self._ask_timeout_s = ask_timeout_ms(declared.session.robots) / 1000.0
         self._deafness = Deafness(declared.alive)
         self._pulse_key, self._pulse_at_s = declared.session.keys.pulse(declared.session.name), 0.0
@@ -177,7 +177,11 @@ class ZenohTransport:
         if not raw:
             self._test_session(now_s)
         arrivals = [arrival for each in raw if (arrival := self._arrived_as(each)) is not None]
-        if self._deafness.is_alone and self._deafness.look(now_s, connected=self.router is not None):
+        if (
+            self._watches
+            and self._deafness.is_alone
+            and self._deafness.look(now_s, connected=self.router is not None)
+        ):
             arrivals += self._reopen()
         return arrivals
 
@@ -234,7 +238,7 @@ class ZenohTransport:
         self.close()
         self._session = self._opened.enter_context(fresh)
         self.declare()
-        log.warning("%s was connected and deaf: its session is a new one", self._declared.session.name)
+        log.warning("%s is connected and sees nobody: its session is a new one", self._declared.session.name)
         return [Vanished(key) for key in self._deafness.forget()]
 
     def _test_session(self, now_s: float) -> None:
@@ -332,7 +336,7 @@ def _panic_is_loss() -> Iterator[None]:
         raise SessionLostError(f"Zenoh has panicked, and the session is lost: {error}") from error
 
 
-def _connected(session: Session, timeout_ms: int) -> zenoh.Session:
+def _connected(session: Session, timeout_ms: int | None = None) -> zenoh.Session:
     config = zenoh.Config.from_json5(json.dumps(client_settings(session, timeout_ms)))
     try:
         return zenoh.open(config)

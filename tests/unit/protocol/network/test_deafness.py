@@ -30,11 +30,18 @@ def test_its_own_token_does_not_show_that_a_session_hears() -> None:
     assert not alone(own=None).is_alone, "the token is of another process"
 
 
-def test_a_session_that_has_never_seen_another_token_is_not_judged() -> None:
+def test_a_session_that_never_sees_another_token_is_deaf_from_its_beginning() -> None:
     deafness = Deafness(OWN)
     deafness.see(OWN, shown=True)
-    assert not deafness.is_alone
-    assert deaf_at_s(deafness, 0.0, 10.0) == []
+    assert deafness.is_alone
+    assert deaf_at_s(deafness, 0.0, 25.0) == [DEAF_S_MAX, 2.0 * DEAF_S_MAX]
+
+
+def test_a_session_that_sees_its_first_token_late_is_not_opened_anew() -> None:
+    deafness = Deafness(OWN)
+    assert deaf_at_s(deafness, 0.0, DEAF_S_MAX) == []
+    deafness.see(OTHER, shown=True)
+    assert deaf_at_s(deafness, DEAF_S_MAX, 30.0) == []
 
 
 def test_a_session_that_is_not_connected_is_not_deaf() -> None:
