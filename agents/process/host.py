@@ -7,6 +7,7 @@ Rule 3: a robot ends soon after its host: it holds the reading end of a pipe who
         has.
 Rule 4: a process fault that the world commands (`protocol.faults.process_commands`) is no failure of the
         robot, nor of the host.
+Rule 5: robots are started as `starting.py` says; each tells its host through a pipe that it is connected.
 """
 
 import asyncio
@@ -15,14 +16,16 @@ import gc
 import os
 import signal
 import socket
+import struct
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from agents.process.shell import run
+from agents.process.starting import Starting
 from agents.process.warm import warm_up
 from protocol.asked import EXIT_CODES, signal_of
 from protocol.ending import asked_to_end, until_ended
@@ -36,6 +39,8 @@ from protocol.network.session import read_session
 from protocol.plain import plain
 
 KILL_AFTER_S = 2.0  # wall: a fleet has 5 s to end, and its launcher needs some of that
+PID = struct.Struct("=i")
+PIDS_BYTES_MAX = 64 * PID.size  # in one look; written whole, so whole ones are read
 HANDLED = (signal.SIGCHLD, *EXIT_CODES)  # signals that a host handles; robots reset them
 
 
@@ -60,7 +65,14 @@ Place = tuple[Orders, int]
 """One of its robots."""
 
 
-def run_robot(robot: int, told: Orders, lifeline: int | None, *, again: bool = False) -> int:
+def run_robot(
+    robot: int,
+    told: Orders,
+    lifeline: int | None,
+    *,
+    again: bool = False,
+    on_connected: Callable[[], None] = lambda: None,
+) -> int:
     """Run one robot in this process; returns the exit code.
 
     Args:
@@ -68,10 +80,18 @@ def run_robot(robot: int, told: Orders, lifeline: int | None, *, again: bool = F
         told: the settings for all robots.
         lifeline: a file descriptor; the robot ends when the other end is closed.
         again: whether it is the successor of a process that has died.
+        on_connected: called when it has a session.
     """
     try:
         session = read_session(told.sessions / f"{robot_name(robot)}.json")
-        life = run(robot, session, conditions=told.conditions, sessions=told.sessions, again=again)
+        life = run(
+            robot,
+            session,
+            conditions=told.conditions,
+            sessions=told.sessions,
+            again=again,
+            on_connected=on_connected,
+        )
         return asyncio.run(until_ended(life, lifeline))
     except UsageError as error:
         say(f"{told.name_of(robot)}: {error}")
@@ -83,15 +103,17 @@ def run_robot(robot: int, told: Orders, lifeline: int | None, *, again: bool = F
 
 def run_host(crews: Sequence[Crew], lifeline: int | None) -> int:
     """Fork the robots and reap them; returns 0 if all ended well, else the first bad exit code."""
-    reading_end, writing_end = os.pipe()
+    lifeline_ends, connected_ends = os.pipe(), os.pipe()
     warm_up()
     gc.collect()
     gc.freeze()  # keeps loaded pages shared: the collector would touch, and so copy, them all
-    with os.fdopen(reading_end), os.fdopen(writing_end), contextlib.ExitStack() as stack:
-        host = _Host(reading_end, writing_end)
+    with contextlib.ExitStack() as stack:
+        for end in (*lifeline_ends, *connected_ends):
+            stack.callback(os.close, end)
+        host = _Host(lifeline_ends, connected_ends)
         for robots, told in crews:
             for robot in robots:
-                host.fork((told, robot))
+                host.start((told, robot))
         listening: list[tuple[socket.socket, Orders]] = []
         try:
             for robots, told in crews:
@@ -104,10 +126,13 @@ def run_host(crews: Sequence[Crew], lifeline: int | None) -> int:
 class _Host:
     """The running robots, and how the others ended."""
 
-    def __init__(self, reading_end: int, writing_end: int) -> None:
-        self._reading_end, self._writing_end = reading_end, writing_end
+    def __init__(self, lifeline_ends: tuple[int, int], connected_ends: tuple[int, int]) -> None:
+        """Each robot holds the reading end of one pipe, and tells by the other that it is connected."""
+        self._lifeline, self._lifeline_end = lifeline_ends
+        self._connected, self._connected_end = connected_ends
         self._robots: dict[int, Place] = {}
         """The robots by process id."""
+        self._starting = Starting[Place]()
         self._killed: set[int] = set()
         """The processes that were killed by a fault."""
         self._restarts: set[Place] = set()
@@ -118,14 +143,19 @@ class _Host:
         self._ends = False
         self._known: set[Place] = set()
 
-    def fork(self, place: Place) -> None:
-        """Start or restart a robot."""
-        again = place in self._known
-        self._known.add(place)
-        pid = os.fork()
-        if pid == 0:
-            self._become(place, again=again)
-        self._robots[pid] = place
+    def start(self, place: Place) -> None:
+        """Have a robot started, for the first time or again."""
+        self._starting.wait(place)
+
+    def _fork(self) -> None:
+        while (place := self._starting.next()) is not None:
+            again = place in self._known
+            self._known.add(place)
+            pid = os.fork()
+            if pid == 0:
+                self._become(place, again=again)
+            self._robots[pid] = place
+            self._starting.began(pid)
 
     async def reap(self, lifeline: int | None, listening: Sequence[tuple[socket.socket, Orders]]) -> int:
         """Wait until all robots have ended. If asked to end, ask the robots to end."""
@@ -134,7 +164,8 @@ class _Host:
         self._listening = listening
         for commands, _ in listening:
             loop.add_reader(commands, self._hear)
-        self._reap()  # robots that ended before the handler was set
+        loop.add_reader(self._connected, self._see_connected)
+        self._fork()
         with asked_to_end(lifeline) as asked:
             ended = asyncio.ensure_future(self._all_ended.wait())
             either: list[asyncio.Future[Any]] = [ended, asked]
@@ -142,12 +173,17 @@ class _Host:
             if ended.done():
                 return self._exit_code
             self._ends = True
+            self._starting.end()
             self._signal_all(signal.SIGTERM)
             self._signal_all(signal.SIGCONT)
             await asyncio.wait([ended], timeout=KILL_AFTER_S)
             self._signal_all(signal.SIGKILL)
             await ended
             return asked.result()
+
+    def _see_connected(self) -> None:
+        self._starting.arrived(pid for (pid,) in PID.iter_unpack(os.read(self._connected, PIDS_BYTES_MAX)))
+        self._fork()
 
     def _hear(self) -> None:
         for commands, told in self._listening:
@@ -177,7 +213,8 @@ class _Host:
         if pids:
             self._restarts.add(place)  # the process that is being killed must end first
         elif place in self._known:
-            self.fork(place)
+            self.start(place)
+            self._fork()
 
     def _reap(self) -> None:
         self._hear()  # a robot that kills itself by a fault has reported it before
@@ -185,16 +222,19 @@ class _Host:
             pid, status = os.waitpid(-1, os.WNOHANG)
             if pid == 0:
                 return
+            self._starting.arrived([pid])
             place, exit_code = self._robots.pop(pid), os.waitstatus_to_exitcode(status)
             killed = pid in self._killed and exit_code == -signal.SIGKILL
-            as_asked = self._ends and exit_code == ExitCode.TERMINATED
+            # Until it handles signals, SIGTERM ends it at once.
+            as_asked = self._ends and exit_code in {ExitCode.TERMINATED, -signal.SIGTERM}
             if exit_code != 0 and not (killed or as_asked):
                 self._exit_code = self._exit_code or max(exit_code, ExitCode.FAILED)  # a signal's is negative
                 told, robot = place
                 say(f"{told.name_of(robot)} {_how(exit_code)}")
             if place in self._restarts and not self._ends:
                 self._restarts.discard(place)
-                self.fork(place)
+                self.start(place)
+            self._fork()
         self._all_ended.set()
 
     def _signal_all(self, number: signal.Signals) -> None:
@@ -207,9 +247,9 @@ class _Host:
         exit_code: int = ExitCode.FAILED
         try:
             _forget_signals()
-            os.close(self._writing_end)
+            os.close(self._lifeline_end)
             told, robot = place
-            exit_code = run_robot(robot, told, self._reading_end, again=again)
+            exit_code = run_robot(robot, told, self._lifeline, again=again, on_connected=self._tell_connected)
         except BaseException:
             for line in traceback.format_exc().splitlines():
                 say(line)
@@ -217,6 +257,10 @@ class _Host:
             sys.stdout.flush()
             sys.stderr.flush()
             os._exit(exit_code)
+
+    def _tell_connected(self) -> None:
+        """In the forked child: it has a session."""
+        os.write(self._connected_end, PID.pack(os.getpid()))
 
 
 def _forget_signals() -> None:

@@ -13,7 +13,7 @@ Rule 4: a robot injects a fault at a point of its step into itself. That happens
 import os
 import secrets
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -73,7 +73,13 @@ CLOSING_PATIENCE_S = 2.0  # wall: docs/run.md
 
 
 async def run(
-    robot: int, session: Session, *, conditions: Conditions, sessions: Path, again: bool
+    robot: int,
+    session: Session,
+    *,
+    conditions: Conditions,
+    sessions: Path,
+    again: bool,
+    on_connected: Callable[[], None],
 ) -> ExitCode:
     """Run one robot, from opening the session to the end of the run.
 
@@ -83,6 +89,7 @@ async def run(
         conditions: the faults to inject.
         sessions: the run's private folder, with the host's command socket.
         again: whether it is the successor of a process that has died.
+        on_connected: called when it has a session.
 
     Raises:
         UsageError: no router admits us.
@@ -95,6 +102,7 @@ async def run(
     victim = Victim(robot, sessions, conditions, again=again)
     hear, watch = heard(keys, name), tokens_of(keys, frozenset({beside(robot)}))
     with open_transport(session, hear=hear, answer=[], alive=alive, watch=watch) as transport:
+        on_connected()
         shell = Shell(robot, session, transport, incarnation, conditions=conditions, victim=victim)
         mission = await shell.mission()
         if mission is None:
