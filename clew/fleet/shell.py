@@ -40,7 +40,7 @@ from clew.fleet.supervision.events import (
     fault_in,
 )
 from clew.fleet.supervision.facts import name_of
-from clew.fleet.supervision.limits import Limits, Plan
+from clew.fleet.supervision.limits import Limits, Plan, limits_of
 from clew.fleet.supervisor import Supervisor
 from protocol.exit_codes import ExitCode
 from protocol.faults.manual_faults import WHERE_FILE
@@ -110,7 +110,7 @@ class _Shell:
         self._run, self._output = run, output
         plan = Plan(routers=run.own_routers, view=run.view, table=run.shows is Shows.TABLE)
         # A world of several fleets is not started again: their clocks would go on from different times.
-        usual = Limits(world_restarts_max=0) if run.fleets else Limits()
+        usual = limits_of(run.robots, is_resumable=not run.fleets)
         self._supervisor = Supervisor(plan, limits or usual)
         self._judged = False
         self._events: deque[Event] = deque()

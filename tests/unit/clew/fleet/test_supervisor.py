@@ -24,7 +24,7 @@ from clew.fleet.supervision.events import (
     Start,
     Tick,
 )
-from clew.fleet.supervision.limits import Limits, Plan
+from clew.fleet.supervision.limits import FLEET, Limits, Plan, limits_of
 from clew.fleet.supervision.rules import IGNORED, RULES, Do, Rule, State, What
 from clew.fleet.supervisor import ACTIONS, Supervisor
 from protocol.exit_codes import ExitCode
@@ -144,3 +144,14 @@ def started(commands: list[Command]) -> set[str]:
 def test_inconsistent_limits_are_refused(limits: dict[str, float], complaint: str) -> None:
     with pytest.raises(ValueError, match=complaint):
         Limits(**limits)  # type: ignore[arg-type]  # all of these are floats
+
+
+def test_a_large_fleet_has_more_time_to_end_in_proportion() -> None:
+    assert limits_of(FLEET, is_resumable=True) == Limits()
+    large = limits_of(5 * FLEET, is_resumable=True)
+    assert (large.world_s, large.all_s) == (5.0 * Limits().world_s, 5.0 * Limits().all_s)
+    assert large.ready_s == Limits().ready_s, "a router's start does not depend on robots"
+
+
+def test_a_world_that_cannot_be_resumed_is_not_started_again() -> None:
+    assert limits_of(5, is_resumable=False).world_restarts_max == 0
