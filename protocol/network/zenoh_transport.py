@@ -21,6 +21,7 @@ import asyncio
 import contextlib
 import json
 import logging
+import time
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -33,7 +34,13 @@ from protocol.network.bounded import INBOX_BYTES_MAX, INBOX_CAPACITY
 from protocol.network.deafness import Deafness
 from protocol.network.inbox import Inbox
 from protocol.network.session import Session
-from protocol.network.settings import REOPEN_TIMEOUT_MS, ask_timeout_ms, client_settings
+from protocol.network.settings import (
+    CONNECT_TIMEOUT_MS,
+    REOPEN_TIMEOUT_MS,
+    ask_timeout_ms,
+    client_settings,
+    first_connect_ms,
+)
 from protocol.network.traffic import Traffic
 from protocol.network.transport import Appeared, Arrival, Asked, Heard, Listed, Refused, Vanished
 from protocol.wire.codec import decode, encode
@@ -122,7 +129,7 @@ class ZenohTransport:
         self._unlisted: set[str] = set()
         self._opened = contextlib.ExitStack()
         """Ends the token, then the session."""
-        self._session = self._opened.enter_context(_connected(declared.session))
+        self._session = self._opened.enter_context(_first(declared.session))
         self._ask_timeout_s = ask_timeout_ms(declared.session.robots) / 1000.0
         self._deafness = Deafness(declared.alive)
         self._pulse_key, self._pulse_at_s = declared.session.keys.pulse(declared.session.name), 0.0
@@ -336,7 +343,16 @@ def _panic_is_loss() -> Iterator[None]:
         raise SessionLostError(f"Zenoh has panicked, and the session is lost: {error}") from error
 
 
-def _connected(session: Session, timeout_ms: int | None = None) -> zenoh.Session:
+def _first(session: Session) -> zenoh.Session:
+    """A session, by several tries in a large fleet: one that is half open is refused any other link."""
+    last_s = time.monotonic() + (first_connect_ms(session.robots) - CONNECT_TIMEOUT_MS) / 1000.0
+    while time.monotonic() < last_s:
+        with contextlib.suppress(UsageError):
+            return _connected(session, CONNECT_TIMEOUT_MS)
+    return _connected(session, CONNECT_TIMEOUT_MS)
+
+
+def _connected(session: Session, timeout_ms: int) -> zenoh.Session:
     config = zenoh.Config.from_json5(json.dumps(client_settings(session, timeout_ms)))
     try:
         return zenoh.open(config)

@@ -218,6 +218,19 @@ async def test_a_missing_router_is_reported_to_the_user() -> None:
         pass
 
 
+async def test_a_process_tries_again_with_a_new_session_until_its_fleet_has_had_time_to_start(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(zenoh_transport, "CONNECT_TIMEOUT_MS", 50)  # a router takes longer to start
+    monkeypatch.setattr(zenoh_transport, "first_connect_ms", lambda _: 1000.0 * DEADLINE_S)
+    with (
+        session_folder() as folder,
+        python("-m", "protocol", "--sessions", str(folder)),
+        robot_transport(folder, "r1") as robot,
+    ):
+        assert robot.router is not None
+
+
 async def test_time_stamps_of_a_process_increase_strictly(folder: Path) -> None:
     with robot_transport(folder, "r1") as robot:
         stamps = [robot.timestamp().split("/") for _ in range(BURST)]
