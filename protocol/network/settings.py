@@ -21,7 +21,7 @@ LEASE_MS_PER_ROBOT = 10
 # frozen router would keep us that long from the second one.
 OPEN_TIMEOUT_MS = 3000
 CONNECT_TIMEOUT_MS = 5000  # a router that was started before us listens within 1 s
-FIRST_CONNECT_MS_PER_ROBOT = 30  # the time in which a robot starts at load 45, where 1000 start together
+ROBOTS_PER_TRY = 150  # in 5 s, so many robots start at load 45
 REOPEN_TIMEOUT_MS = 1000  # it blocks the event loop, and a process that is asked to end has 2 s
 ASK_TIMEOUT_MS = 1000
 # When a strand forms, all robots ask for a scan at once, and the world takes 4 ms for each. An answer that
@@ -43,9 +43,9 @@ def ask_timeout_ms(robots: int) -> int:
     return max(ASK_TIMEOUT_MS, ASK_TIMEOUT_MS_PER_ROBOT * robots)
 
 
-def first_connect_ms(robots: int) -> int:
-    """For how long a process of a fleet of so many robots tries to get its first session."""
-    return max(CONNECT_TIMEOUT_MS, FIRST_CONNECT_MS_PER_ROBOT * robots)
+def first_tries(robots: int) -> int:
+    """How often a process of a fleet of so many robots tries to get its first session."""
+    return 1 + robots // ROBOTS_PER_TRY
 
 
 def client_settings(session: Session, connect_timeout_ms: int = CONNECT_TIMEOUT_MS) -> Json:

@@ -21,7 +21,6 @@ import asyncio
 import contextlib
 import json
 import logging
-import time
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -39,7 +38,7 @@ from protocol.network.settings import (
     REOPEN_TIMEOUT_MS,
     ask_timeout_ms,
     client_settings,
-    first_connect_ms,
+    first_tries,
 )
 from protocol.network.traffic import Traffic
 from protocol.network.transport import Appeared, Arrival, Asked, Heard, Listed, Refused, Vanished
@@ -345,8 +344,7 @@ def _panic_is_loss() -> Iterator[None]:
 
 def _first(session: Session) -> zenoh.Session:
     """A session, by several tries in a large fleet: one that is half open is refused any other link."""
-    last_s = time.monotonic() + (first_connect_ms(session.robots) - CONNECT_TIMEOUT_MS) / 1000.0
-    while time.monotonic() < last_s:
+    for _ in range(first_tries(session.robots) - 1):
         with contextlib.suppress(UsageError):
             return _connected(session, CONNECT_TIMEOUT_MS)
     return _connected(session, CONNECT_TIMEOUT_MS)
