@@ -70,11 +70,10 @@ def output(run: Prepared) -> Iterator[Output]:
 
 
 def _words(said: Path) -> Iterator[bytes]:
-    progress = tuple(each.encode() for each in PROGRESS)
-    with said.open("rb") as lines:
+    with said.open(encoding="utf-8", errors="replace", newline="\n") as lines:
         for line in lines:
-            if not line.startswith(progress):
-                yield f"{plain(line.decode(errors='replace').rstrip())}\n".encode()
+            if not PROGRESS.match(line):
+                yield f"{plain(line.rstrip())}\n".encode()
 
 
 def say_result(run: Prepared, stand_in: Verdict | TogetherVerdict | None = None) -> bool:

@@ -1,10 +1,12 @@
 """The stderr of a fleet's parts while its table is shown: the launcher writes it to a file."""
 
+import re
 from collections import deque
 from pathlib import Path
 
-PROGRESS = ("world: t=", "world: ok: ", "world: FAILED: ")
-"""Progress lines: the table shows this itself, and `output.py` omits it at the end, too."""
+PROGRESS = re.compile(r"world: ([a-z][a-z0-9-]*: )?(t=|ok: |FAILED: )")
+"""How a progress line begins, with the fleet's name where there are several. The table shows these itself;
+`output.py` omits them at the end, too."""
 KEPT = 3  # lines: an address to open, and restarts
 
 
@@ -27,8 +29,6 @@ class Said:
             return False
         whole = text[: text.rfind(b"\n") + 1]
         self._read_bytes += len(whole)
-        words = [
-            line for line in whole.decode(errors="replace").splitlines() if not line.startswith(PROGRESS)
-        ]
+        words = [line for line in whole.decode(errors="replace").splitlines() if not PROGRESS.match(line)]
         self.newest.extend(words)
         return bool(words)

@@ -19,7 +19,10 @@ from tests.support.logs.logs import AT_REST, GOOD, PAPER, numbered, recorded
 from world.judge.verdict import VERDICT_FILE, Verdict
 from world.record.run_files import BEGUN_FILE, read_verdict
 
-SAID = b"router: ready\nworld: t=   0.4 s  strand formed\nworld: ok: all have arrived\nrobot 3: lost\n"
+SAID = (
+    b"router: ready\nworld: t=   0.4 s  strand formed\nworld: east: t=   0.4 s  strand formed\n"
+    b"world: ok: all have arrived\nworld: east: FAILED: no route\nrobot 3: lost\n"
+)
 CURSOR, LINE = SHOW_CURSOR.decode(), BEGIN_LINE.decode()
 
 
