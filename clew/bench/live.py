@@ -9,13 +9,14 @@ from pathlib import Path
 
 import msgspec
 
-from clew.bench.scale import Progress
+from clew.bench.progress import Progress, Together
 from clew.fleet.live import Ended, Launched
 from protocol.faults.manual_faults import WHERE_FILE
 from protocol.files.toml_text import toml_text
 from protocol.network.session import UNIX_SOCKET, unix_socket_endpoint
 from world.judge.verdict import VERDICT_FILE, Verdict
-from world.record.run_files import read_verdict
+from world.record.run_files import read_together, read_verdict
+from world.scenario.fleets import SharedGround
 from world.scenario.scenario import Scenario
 
 SEED = 1
@@ -27,16 +28,24 @@ CONNECTED = "03"  # the state of a socket there
 class LiveFleet:
     """A fleet of real processes. It must be ended."""
 
-    def __init__(self, scenario: Scenario, folder: Path, *, speed: float) -> None:
-        """Start it; its run is `run` in the folder, which is made."""
+    def __init__(self, scenario: Scenario | SharedGround, folder: Path, *, speed: float) -> None:
+        """Start it; its run is `run` in the folder, which is made. Of several fleets each is a strand."""
         folder.mkdir(parents=True)
         path, self.out = folder / "queue.toml", folder / "run"
         path.write_text(toml_text(msgspec.to_builtins(scenario)), encoding="utf-8")
-        self.robots = scenario.fleet.robots
-        self.progress = Progress(self.robots)
+        fleets = (
+            {self.out / each.name: each.robots for each in scenario.fleets}
+            if isinstance(scenario, SharedGround)
+            else {self.out: scenario.fleet.robots}
+        )
+        self.folders = tuple(fleets)
+        """The run's folder of each strand."""
+        self.robots = sum(fleets.values())
+        self._told = {folder: Progress(robots) for folder, robots in fleets.items()}
+        self._read_bytes = dict.fromkeys(fleets, 0)
+        self.progress = Together([*self._told.values()])
         self.began_s = time.time()
         """When its launcher was started [s since 1970]."""
-        self._read_bytes = 0
         command = [sys.executable, "-m", "clew.cli", "run", str(path), "--out", str(self.out), "--quiet"]
         self._launched = Launched([*command, "--speed", str(speed), "--seed", str(SEED)])
 
@@ -76,17 +85,26 @@ class LiveFleet:
         return True
 
     def look(self) -> None:
-        """Read what is new in its timeline."""
-        with contextlib.suppress(FileNotFoundError), (self.out / "events.jsonl").open("rb") as file:
-            file.seek(self._read_bytes)
-            piece = file.read()
-            self._read_bytes += len(piece)
-            self.progress.read(piece)
+        """Read what is new in its timelines."""
+        for folder, progress in self._told.items():
+            with contextlib.suppress(FileNotFoundError), (folder / "events.jsonl").open("rb") as file:
+                file.seek(self._read_bytes[folder])
+                piece = file.read()
+                self._read_bytes[folder] += len(piece)
+                progress.read(piece)
 
-    def end(self) -> tuple[Ended, Verdict | None]:
-        """End it if it still runs; returns how it ended, and its verdict if it has one."""
+    def end(self) -> tuple[Ended, tuple[Verdict, ...]]:
+        """End it if it still runs; returns how it ended, and the verdicts of its strands that have one."""
         ended = self._launched.end()
-        return ended, read_verdict(self.out) if (self.out / VERDICT_FILE).exists() else None
+        judged = (folder for folder in self.folders if (folder / VERDICT_FILE).exists())
+        return ended, tuple(read_verdict(folder) for folder in judged)
+
+    @property
+    def contacts(self) -> int:
+        """How many pairs of robots of two strands have touched, when it has ended."""
+        if len(self.folders) == 1 or not (self.out / VERDICT_FILE).exists():
+            return 0
+        return read_together(self.out).contact_count
 
 
 def load() -> float:

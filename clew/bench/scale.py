@@ -1,8 +1,7 @@
 """What it costs to run a fleet of many processes, and how that grows with the fleet. Pure.
 
 Rule 1: the clock begins when the launcher is started. A fleet is ready when the world places the bodies, for
-        then all robots are there; it has formed when the last robot has joined the strand. Both are told by
-        the clock of the machine, in the timeline.
+        then all robots are there; it has formed when the last robot has joined the strand (`progress.py`).
 Rule 2: a fleet that has formed is stopped for a while and then released (`clew fault stop`): its processes
         say and hear the same as before, and no body moves. Then it drives to its goal.
 Rule 3: processor time is of all processes, per robot and simulated second: a machine that is busy otherwise,
@@ -18,6 +17,7 @@ import msgspec
 from msgspec import Struct
 
 from clew.bench.forming import QUEUE, SPACING_M
+from clew.bench.progress import Progress, Together
 from clew.bench.result import Aim, Figure, figure
 from clew.bench.usage import Usage
 from clew.fields.scatter import scatter
@@ -25,10 +25,10 @@ from clew.fields.shapes import circle
 from world.chance import stream
 from world.geometry.shapes import Circle
 from world.judge.verdict import Late, Verdict
+from world.scenario.fleets import SharedGround
 from world.scenario.scenario import Scenario
 
 FLEETS = (5, 50, 200, 500, 1000)
-NTP64_PER_S = 2**32
 HEIGHT_M = 3.0
 GROUND_M = 3.0  # before the first robot, with posts
 DENSITY = 0.04
@@ -74,55 +74,52 @@ def queue_before_posts(robots: int, *, seed: int) -> Scenario:
     return msgspec.convert(raw, Scenario)
 
 
+def strands_before_posts(robots: int, strands: int, *, seed: int) -> SharedGround:
+    """So many robots in all, in queues beside each other: each is a strand, with posts before it.
+
+    The ground has no bounds: leaders would plan on all of it.
+    """
+    queues = [queue_before_posts(robots // strands, seed=seed + lane) for lane in range(strands)]
+    raws: list[dict[str, Any]] = [
+        _beside(msgspec.to_builtins(each), lane) for lane, each in enumerate(queues)
+    ]
+    fleets = [
+        {**raw["fleet"], "goal": raw["goal"], "name": f"s{lane}"} for lane, raw in enumerate(raws, start=1)
+    ]
+    shared = {key: raws[0][key] for key in ("law", "sensor", "drive", "time")}
+    return msgspec.convert(
+        shared
+        | {
+            "name": "queues before posts",
+            "fleet": fleets,
+            "obstacle": [obstacle for raw in raws for obstacle in raw["obstacle"]],
+        },
+        SharedGround,
+    )
+
+
+def _beside(raw: dict[str, Any], lane: int) -> dict[str, Any]:
+    """The queue, moved to its place beside the others."""
+
+    def moved(point: Sequence[float]) -> list[float]:
+        x_m, y_m, *heading = point
+        return [x_m, y_m + lane * HEIGHT_M, *heading]
+
+    return raw | {
+        "fleet": raw["fleet"] | {"start": moved(raw["fleet"]["start"])},
+        "goal": raw["goal"] | {"at_m": moved(raw["goal"]["at_m"])},
+        "obstacle": [each | {"centre_m": moved(each["centre_m"])} for each in raw["obstacle"]],
+    }
+
+
+def ground_of(robots: int, strands: int, *, seed: int) -> Scenario | SharedGround:
+    """The scenario for so many robots in so many strands."""
+    if strands == 1:
+        return queue_before_posts(robots, seed=seed)
+    return strands_before_posts(robots, strands, seed=seed)
+
+
 Doing = Literal["standing", "driving"]
-
-
-class _Head(Struct):
-    t_s: float
-    hlc: str = ""
-    kind: str = ""
-
-    @property
-    def wall_s(self) -> float:
-        return int(self.hlc.partition("/")[0] or 0) / NTP64_PER_S
-
-
-class Progress:
-    """How far a run has come, from the bytes of its timeline as they are written."""
-
-    def __init__(self, robots: int) -> None:
-        self._robots = robots
-        self._rest = b""
-        self.now_s = 0.0
-        """Simulated time of the newest entry."""
-        self.ready_at_s: float | None = None
-        """When the bodies were placed [s since 1970]."""
-        self.formed_at_s: float | None = None
-        """When the last robot joined the first strand [s since 1970]."""
-        self.formed_s: float | None = None
-        """The same in simulated time."""
-        self.is_over = False
-        """Whether robots have begun to tell their last counts."""
-        self.joined = 0
-        """How many robots have joined, in all strands together."""
-
-    def read(self, piece: bytes) -> None:
-        """Take in more of the timeline."""
-        *lines, self._rest = (self._rest + piece).split(b"\n")
-        for line in lines:
-            if b'"kind":"strand.joined"' in line:
-                self._join(msgspec.json.decode(line, type=_Head))
-            elif b'"kind":"robot.settled"' in line:
-                self.is_over = True
-            elif self.ready_at_s is None and b'"kind":"pose.sampled"' in line:
-                self.ready_at_s = msgspec.json.decode(line, type=_Head).wall_s
-        if lines:
-            self.now_s = max(self.now_s, msgspec.json.decode(lines[-1], type=_Head).t_s)
-
-    def _join(self, entry: _Head) -> None:
-        self.joined += 1
-        if self.joined == self._robots:
-            self.formed_at_s, self.formed_s = entry.wall_s, entry.t_s
 
 
 class Spell(Struct, frozen=True, kw_only=True):
@@ -167,12 +164,14 @@ class ScaleRun(Struct, frozen=True, kw_only=True):
     """One fleet."""
 
     robots: int
+    strands: int = 1
+    """Among which they are divided."""
     speed: float
     """That was asked for."""
     ok: bool
-    """The verdict."""
+    """The verdict, of each strand."""
     reason: str
-    """As in the verdict; without one, what the launcher said last."""
+    """As in the first verdict that is not ok; where one lacks, what the launcher said last."""
     ready_s: float | None
     """From the launcher's start [wall s]."""
     formed_s: float | None
@@ -216,8 +215,12 @@ class ScaleRun(Struct, frozen=True, kw_only=True):
 
 def figures(runs: Sequence[ScaleRun]) -> list[Figure]:
     """The figures of all fleets, the smallest first; what never came is infinite."""
-    sizes, few = sorted({run.robots for run in runs}), [run for run in runs if run.robots == FEW_ROBOTS]
-    return [each for size in sizes for each in _of_size([run for run in runs if run.robots == size], few)]
+    sizes, few = sorted({_size(run) for run in runs}), [run for run in runs if _size(run) == (FEW_ROBOTS, 1)]
+    return [each for size in sizes for each in _of_size([run for run in runs if _size(run) == size], few)]
+
+
+def _size(run: ScaleRun) -> tuple[int, int]:
+    return run.robots, run.strands
 
 
 def _of_size(runs: Sequence[ScaleRun], few: Sequence[ScaleRun]) -> list[Figure]:
@@ -235,10 +238,11 @@ def _of_size(runs: Sequence[ScaleRun], few: Sequence[ScaleRun]) -> list[Figure]:
         ("messages", "1/s", [run.messages_per_s for run in runs], None),
         ("speed reached", "times real time", [run.speed_reached for run in runs], None),
     ]
-    robots = runs[0].robots
+    robots, strands = _size(runs[0])
+    fleet = f"{robots} robots" if strands == 1 else f"{robots} robots in {strands} strands"
     told = [
         figure(
-            f"{robots} robots: {name}",
+            f"{fleet}: {name}",
             unit,
             _or_never(values),
             aim=None if most is None else Aim(at_most=most),
@@ -248,7 +252,7 @@ def _of_size(runs: Sequence[ScaleRun], few: Sequence[ScaleRun]) -> list[Figure]:
     is_compared = robots > FEW_ROBOTS and len(few) == len(runs)
     told[4:4] = [
         figure(
-            f"{robots} robots: CPU time for a robot, {how}",
+            f"{fleet}: CPU time for a robot, {how}",
             "ms/s",
             _or_never([run.cpu_ms(how) for run in runs]),
             baselines={FEW: _or_never([run.cpu_ms(how) for run in few])} if is_compared else None,
@@ -258,7 +262,7 @@ def _of_size(runs: Sequence[ScaleRun], few: Sequence[ScaleRun]) -> list[Figure]:
     ]
     verdicts = [float(run.is_good) for run in runs]
     name = "no promise broken, nobody held for dead" if runs[0].is_cut_short else "verdict ok"
-    return [*told, figure(f"{robots} robots: {name}", "", verdicts, aim=Aim(at_least=1.0))]
+    return [*told, figure(f"{fleet}: {name}", "", verdicts, aim=Aim(at_least=1.0))]
 
 
 def _or_never(values: Sequence[float | None]) -> list[float]:
@@ -266,10 +270,12 @@ def _or_never(values: Sequence[float | None]) -> list[float]:
 
 
 def scale_run(
-    verdict: Verdict | None,
-    progress: Progress,
+    verdicts: Sequence[Verdict],
+    progress: Progress | Together,
     *,
     robots: int,
+    strands: int = 1,
+    contacts: int = 0,
     speed: float,
     began_s: float,
     said: str,
@@ -278,29 +284,49 @@ def scale_run(
     is_cut_short: bool = False,
     load: tuple[float, float],
 ) -> ScaleRun:
-    """What became of one fleet; `began_s` is when its launcher was started [s since 1970]."""
+    """What became of one fleet.
+
+    Args:
+        verdicts: of its strands, as far as they have one.
+        progress: how far it came.
+        robots: how many it has.
+        strands: among which they are divided.
+        contacts: of robots of two strands.
+        speed: that was asked for.
+        began_s: when its launcher was started [s since 1970].
+        said: what the launcher said last.
+        standing: what it used while it stood.
+        driving: what it used while it drove.
+        is_cut_short: whether it was told to end while it drove.
+        load: the machine's load average, before and after.
+    """
 
     def since(at_s: float | None) -> float | None:
         return None if at_s is None else at_s - began_s
 
-    wall_s = 0.0 if verdict is None else verdict.wall_s
+    is_judged = len(verdicts) == strands
+    failed = [each for each in verdicts if not each.ok]
+    wall_s = max((each.wall_s for each in verdicts), default=0.0)
+    speeds = [each.speed_reached for each in verdicts if each.speed_reached is not None]
+    late = [each.ticks_late for each in verdicts if each.ticks_late is not None]
     return ScaleRun(
         robots=robots,
+        strands=strands,
         speed=speed,
-        ok=verdict is not None and verdict.ok,
-        reason=said if verdict is None else verdict.reason,
+        ok=is_judged and not failed and contacts == 0,
+        reason=(failed or verdicts)[0].reason if is_judged else said,
         ready_s=since(progress.ready_at_s),
         formed_s=since(progress.formed_at_s),
         formed_sim_s=progress.formed_s,
         standing=standing,
         driving=driving,
-        is_cut_short=is_cut_short and verdict is not None,
-        violations=0 if verdict is None else verdict.violations,
-        speed_reached=None if verdict is None else verdict.speed_reached,
-        ticks_late=None if verdict is None else verdict.ticks_late,
-        deaths=0 if verdict is None else len(verdict.deaths),
-        sim_s=0.0 if verdict is None else verdict.sim_s,
+        is_cut_short=is_cut_short and is_judged,
+        violations=contacts + sum(each.violations for each in verdicts),
+        speed_reached=min(speeds, default=None),
+        ticks_late=max(late, key=lambda each: each.p99_s, default=None),
+        deaths=sum(len(each.deaths) for each in verdicts),
+        sim_s=max((each.sim_s for each in verdicts), default=0.0),
         wall_s=wall_s,
-        messages_per_s=0.0 if verdict is None or wall_s <= 0.0 else verdict.messages.sent / wall_s,
+        messages_per_s=sum(each.messages.sent for each in verdicts) / wall_s if wall_s > 0.0 else 0.0,
         load=load,
     )

@@ -16,7 +16,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 KB = 1024
-ROBOTS_ASKED_MAX = 40  # evenly over the fleet: its robots differ by less than a tenth
+ROBOTS_ASKED_MAX = 40  # evenly over the fleet: robots of one rank differ by less than a tenth
 TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 PARTS = {"world": "world", "agents": "robot", "protocol": "router"}
 """Which part of a fleet `python -m` of this module is; a robot's parent is a host."""
@@ -68,7 +68,7 @@ def processes(pids: Mapping[int, str]) -> list[Process]:
 def usage_of(part: str, fleet: Sequence[Process]) -> Usage | None:
     """What a part uses now; None: it has no process."""
     of_part = [each for each in fleet if each.part == part]
-    asked = of_part[:: max(len(of_part) // ROBOTS_ASKED_MAX, 1)]
+    asked = sample(of_part)
     pss_mb = [mb for each in asked if (mb := _pss_mb(each.pid)) is not None]
     if not of_part or not pss_mb:
         return None
@@ -77,6 +77,12 @@ def usage_of(part: str, fleet: Sequence[Process]) -> Usage | None:
         pss_mb=sum(pss_mb) / len(pss_mb),
         files=sum(each.files for each in of_part) / len(of_part),
     )
+
+
+def sample(processes: Sequence[Process]) -> list[Process]:
+    """Those whose memory is asked: evenly over the fleet, and over the ranks in strands of one length."""
+    step = max(len(processes) // ROBOTS_ASKED_MAX, 1)
+    return [processes[first + first // step % step] for first in range(0, len(processes) - step + 1, step)]
 
 
 def cpu_s(before: Iterable[Process], after: Iterable[Process]) -> dict[str, float]:

@@ -15,6 +15,7 @@ from protocol.asked import terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.manual_faults import HaltRequest, request_fault
+from protocol.frames import FLEETS_MAX
 from protocol.run_settings import SPEED_MAX
 
 if TYPE_CHECKING:
@@ -27,6 +28,13 @@ LOOK_S = 1.0  # between two looks at all processes: one at 1,000 of them takes 0
 
 @click.command()
 @click.option("-n", "--robots", "fleets", multiple=True, type=ROBOTS, help="Robots of a fleet; repeatable.")
+@click.option(
+    "--strands",
+    type=click.IntRange(1, FLEETS_MAX),
+    default=1,
+    show_default=True,
+    help="Strands among which the robots of each fleet are divided.",
+)
 @click.option(
     "--speed",
     type=click.FloatRange(0.0, SPEED_MAX, min_open=True),
@@ -54,6 +62,7 @@ def scale(
     ctx: click.Context,
     *,
     fleets: tuple[int, ...],
+    strands: int,
     speed: float,
     stand_s: float,
     drive_s: float | None,
@@ -62,12 +71,16 @@ def scale(
 ) -> None:
     """Run fleets of real processes, one after the other, and measure memory, processor time and lateness.
 
-    Each is a queue that drives over open ground with some posts. Default: 5, 50, 200, 500 and 1000 robots; a
-    size that is given twice runs twice. Exits with 1 when a verdict is not ok; with --drive-s, when a promise
-    is broken.
+    Each is a queue that drives over open ground with some posts; with --strands, queues beside each other.
+    Default: 5, 50, 200, 500 and 1000 robots; a size that is given twice runs twice. Exits with 1 when a
+    verdict is not ok; with --drive-s, when a promise is broken.
     """
-    from clew.bench.scale import FLEETS, figures
+    from clew.bench.live import SEED, LiveFleet
+    from clew.bench.scale import FLEETS, figures, ground_of
 
+    sizes = fleets or FLEETS
+    if uneven := [robots for robots in sizes if robots % strands]:
+        raise click.BadParameter(f"{uneven[0]} robots cannot be divided among {strands} strands evenly")
     begun = begin(
         "scale",
         f"Queues of real processes that drive over open ground with some posts, at speed {speed:g} at most. "
@@ -76,10 +89,9 @@ def scale(
     runs: list[ScaleRun] = []
     with tempfile.TemporaryDirectory(prefix="clew-scale.") as temporary:
         folder = Path(temporary) if keep is None else keep
-        for robots in fleets or FLEETS:
-            runs.append(
-                _run(robots, speed, stand_s, drive_s or math.inf, folder / f"{robots}-{len(runs) + 1}")
-            )
+        for robots in sizes:
+            ground, kept = ground_of(robots, strands, seed=SEED), folder / f"{robots}-{len(runs) + 1}"
+            runs.append(_run(LiveFleet(ground, kept, speed=speed), speed, stand_s, drive_s or math.inf))
             click.echo(f"{robots} robots: {runs[-1].reason}", err=True)
     if as_json:
         begun.say_json(figures(runs), runs)
@@ -88,21 +100,22 @@ def scale(
     ctx.exit(ExitCode.OK if all(run.is_good for run in runs) else ExitCode.FAILED)
 
 
-def _run(robots: int, speed: float, stand_s: float, drive_s: float, folder: Path) -> "ScaleRun":
-    from clew.bench.live import SEED, LiveFleet, load
-    from clew.bench.scale import queue_before_posts, scale_run
+def _run(fleet: "LiveFleet", speed: float, stand_s: float, drive_s: float) -> "ScaleRun":
+    from clew.bench.live import load
+    from clew.bench.scale import scale_run
 
     load_before = load()
-    fleet = LiveFleet(queue_before_posts(robots, seed=SEED), folder, speed=speed)
     try:
         standing, driving = _watch(fleet, stand_s, drive_s)
         is_cut_short = driving is not None and driving.sim_s >= drive_s
     finally:
-        ended, verdict = fleet.end()
+        ended, verdicts = fleet.end()
     return scale_run(
-        verdict,
+        verdicts,
         fleet.progress,
-        robots=robots,
+        robots=fleet.robots,
+        strands=len(fleet.folders),
+        contacts=fleet.contacts,
         speed=speed,
         began_s=fleet.began_s,
         said=ended.said[-1] if ended.said else "it said nothing",
@@ -116,17 +129,22 @@ def _run(robots: int, speed: float, stand_s: float, drive_s: float, folder: Path
 def _watch(fleet: "LiveFleet", stand_s: float, drive_s: float) -> "tuple[Spell | None, Spell | None]":
     """Let it form, stand and drive, to its goal or for so long; returns what it used meanwhile."""
     standing: Spell | None = None
-    if not fleet.until(lambda: fleet.progress.joined >= fleet.robots, fleet.start_s_max):
+    if not fleet.until(fleet.progress.has_formed, fleet.start_s_max):
         return None, None
     if stand_s > 0.0:
         try:
-            request_fault(fleet.out, HaltRequest(stop=True))
+            _halt(fleet, stop=True)
             standing = _spell(fleet, stand_s)
-            request_fault(fleet.out, HaltRequest(stop=False))
+            _halt(fleet, stop=False)
         except UsageError:  # it is over already
             return standing, None
-        fleet.until(lambda: fleet.progress.joined >= 2 * fleet.robots, fleet.start_s_max)
+        fleet.until(lambda: fleet.progress.has_formed(times=2), fleet.start_s_max)
     return standing, _spell(fleet, drive_s)
+
+
+def _halt(fleet: "LiveFleet", *, stop: bool) -> None:
+    for folder in fleet.folders:
+        request_fault(folder, HaltRequest(stop=stop))
 
 
 def _spell(fleet: "LiveFleet", for_s: float) -> "Spell | None":

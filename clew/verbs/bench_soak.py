@@ -103,12 +103,13 @@ class _Soaking:
         scenario = endless_queue(self._robots, wall_s=for_s, speed=self._speed)
         fleet = LiveFleet(scenario, self._folder, speed=self._speed)
         try:
-            if fleet.until(lambda: fleet.progress.joined >= self._robots, fleet.start_s_max):
+            if fleet.until(fleet.progress.has_formed, fleet.start_s_max):
                 soaked_s = self._go_on(fleet, for_s)
                 fleet.until(lambda: self._missing(fleet) == 0, BACK_S_MAX)
                 missing = self._missing(fleet)
         finally:
-            ended, verdict = fleet.end()
+            ended, verdicts = fleet.end()
+        verdict = next(iter(verdicts), None)
         return Soak(
             robots=self._robots,
             asked_s=for_s,

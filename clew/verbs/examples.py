@@ -80,7 +80,7 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
     "bench healing": ["bench healing --runs 6"],
     "bench hop": ["bench hop 5 50", "bench hop --json"],
     "bench loss": ["bench loss --runs 3"],
-    "bench scale": ["bench scale -n 5 -n 50", "bench scale -n 1000 --speed 0.1 --drive-s 5 --json"],
+    "bench scale": ["bench scale -n 5 -n 50", "bench scale -n 1000 --strands 200 --drive-s 5 --json"],
     "bench soak": ["bench soak -n 5 --for-s 60", "bench soak -n 200 --for-s 600 --every-s 2 --json"],
     "field": ["field circles --seed 3", "field corridors spiral --seed 1-5 --out fields"],
 }

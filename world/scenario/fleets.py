@@ -15,7 +15,7 @@ from msgspec import Meta, Struct, ValidationError, convert, field, to_builtins
 
 from protocol.errors import UsageError
 from protocol.files.reading import read, understand
-from protocol.frames import ROBOTS_MAX, Speed
+from protocol.frames import FLEETS_MAX, ROBOTS_MAX, Speed
 from protocol.mission import Bounds
 from protocol.run_settings import SEED_MAX
 from world.chance import stream
@@ -26,7 +26,6 @@ from world.scenario.reading import find
 from world.scenario.scenario import Scenario
 from world.scenario.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
 
-FLEETS_MAX = 100
 FleetName = Annotated[str, Meta(pattern=r"^[a-z][a-z0-9-]*$", max_length=32)]
 ROUNDING_M = 1e-9
 

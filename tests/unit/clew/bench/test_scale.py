@@ -3,12 +3,14 @@
 import pytest
 from msgspec.structs import replace
 
-from clew.bench.scale import NTP64_PER_S, Progress, ScaleRun, figures, queue_before_posts, scale_run, spell
-from clew.bench.usage import Process, Usage, cpu_s, processes
+from clew.bench.progress import NTP64_PER_S, Progress, Together
+from clew.bench.scale import ScaleRun, figures, ground_of, queue_before_posts, scale_run, spell
+from clew.bench.usage import ROBOTS_ASKED_MAX, Process, Usage, cpu_s, processes, sample
 from protocol.timeline import Entry, PoseSampled, Record, RobotSettled, StrandJoined
 from tests.support.logs.logs import GOOD
 from world.judge.verdict import Late
 from world.record.recorder import line
+from world.scenario.fleets import SharedGround
 
 PLACED = PoseSampled(robot=1, x_m=0.0, y_m=0.0, heading_rad=0.0, clearance_m=None, separation_m=1.0)
 JOINED = StrandJoined(epoch=10001, rank=0, members=2)
@@ -33,7 +35,7 @@ def run(progress: Progress, **changed: object) -> ScaleRun:
     driving = spell({"robot": 3.0}, robots=2, sim_s=10.0, wall_s=11.0, used={"robot": USED})
     verdict = replace(GOOD, ticks_late=Late(p50_s=0.001, p99_s=0.01), wall_s=2.0)
     told = scale_run(
-        verdict,
+        [verdict],
         progress,
         robots=2,
         speed=1.0,
@@ -72,6 +74,14 @@ def test_only_processes_that_were_there_before_count() -> None:
         Process(pid=9, part="robot", cpu_s=7.0, files=3),
     ]
     assert cpu_s(before, after) == {"robot": 0.5}
+
+
+@pytest.mark.parametrize("robots", [1, 39, 41, 200, 1000])
+def test_memory_is_asked_of_some_robots_of_every_rank(robots: int) -> None:
+    fleet = [Process(pid=pid, part="robot", cpu_s=0.0, files=3) for pid in range(robots)]
+    asked = [each.pid for each in sample(fleet)]
+    assert len(set(asked)) == len(asked) <= 2 * ROBOTS_ASKED_MAX
+    assert robots < 200 or {pid % 5 for pid in asked} == set(range(5)), "the first of five leads"
 
 
 def test_a_process_that_has_gone_is_left_out() -> None:
@@ -127,3 +137,46 @@ def test_a_run_that_was_told_to_end_is_good_if_it_kept_its_promises_until_then()
     assert not replace(told, violations=1).is_good
     assert not replace(told, deaths=1).is_good
     assert not replace(told, is_cut_short=False).is_good
+
+
+def test_several_strands_are_ready_and_formed_with_the_last_of_them() -> None:
+    late = Progress(2)
+    together = Together([formed(), late])
+    assert (together.ready_at_s, together.has_formed(), together.formed_at_s) == (None, False, None)
+    late.read(written(0.0, 103.0, PLACED))
+    late.read(written(0.7, 109.0, JOINED, "r1") + written(0.8, 110.0, JOINED, "r2"))
+    assert together.has_formed()
+    assert not together.has_formed(times=2)
+    told = (together.ready_at_s, together.formed_at_s, together.formed_s, together.now_s)
+    assert told == pytest.approx((103.0, 110.0, 0.8, 0.5))
+
+
+def test_a_contact_of_two_strands_and_a_verdict_that_lacks_are_failures() -> None:
+    def told(strands: int, contacts: int = 0) -> ScaleRun:
+        return scale_run(
+            [GOOD, GOOD],
+            Together([formed(), formed()]),
+            robots=4,
+            strands=strands,
+            contacts=contacts,
+            speed=1.0,
+            began_s=100.0,
+            said="the world was killed",
+            standing=None,
+            driving=None,
+            load=(0.0, 1.0),
+        )
+
+    assert (told(2).ok, told(2).violations, told(2).reason) == (True, 0, GOOD.reason)
+    assert (told(2, contacts=1).ok, told(2, contacts=1).violations) == (False, 1)
+    assert (told(3).ok, told(3).reason) == (False, "the world was killed")
+
+
+def test_strands_stand_beside_each_other_each_before_posts_of_its_own() -> None:
+    ground = ground_of(1000, 200, seed=1)
+    assert isinstance(ground, SharedGround)
+    scenarios = ground.scenarios()
+    assert len(scenarios) == 200
+    assert {each.fleet.robots for each in scenarios.values()} == {5}
+    lanes = {round(each.fleet.poses()[0].y_m / 3.0 - 0.5, 9) for each in scenarios.values()}
+    assert lanes == set(range(200))
