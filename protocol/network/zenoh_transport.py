@@ -99,8 +99,9 @@ class Alarm:
         self._waiting: asyncio.Future[None] | None = None
 
     def ring(self) -> None:
-        """Wake the waiting task, if there is one; any thread may call this."""
-        self._loop.call_soon_threadsafe(self._end)
+        """Wake the waiting task, if there is one; any thread may call this, even after the loop has ended."""
+        with contextlib.suppress(RuntimeError):  # Zenoh ends a query that is open after its session
+            self._loop.call_soon_threadsafe(self._end)
 
     async def wait(self, timeout_s: float | None) -> None:
         """Wait until it rings, for so long at most; other tasks run meanwhile, even if there is no time."""

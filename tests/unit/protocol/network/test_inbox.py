@@ -108,3 +108,10 @@ def test_a_wait_without_time_lets_other_tasks_run() -> None:
         return runs
 
     assert asyncio.run(waits()) > 0
+
+
+def test_an_alarm_that_rings_after_the_loop_has_ended_rings_for_nobody() -> None:
+    async def made() -> Alarm:
+        return Alarm(asyncio.get_running_loop())
+
+    asyncio.run(made()).ring()
