@@ -16,9 +16,9 @@ from world.geometry.shapes import Shape
 NOISE_SIGMAS = 3.0
 """The sensor clips its Gaussian error at so many sigmas: 99.7 % of errors are below."""
 
-HEADING_ERRORS = 3.0
+HEADING_ERRORS = 4.0
 """Heading errors that add up beside a path: the leader deviates from its plan, and a follower from both ends
-of the segment that the leader drove."""
+of the segment that the leader drove. One is also what a check leaves to the drive (`SEEN_SHARE`)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,7 +37,7 @@ class Budget:
 
 
 def sure_range_m(shapes: Sequence[Shape], directions: int) -> float:
-    """The range out to which no obstacle fits between two rays; inf without obstacles."""
+    """The range out to which none of these fits between two rays; inf if there are none."""
     thinnest_m = min((shape.smallest_width_m for shape in shapes), default=math.inf)
     return thinnest_m / (math.tau / directions)
 
@@ -63,7 +63,8 @@ def budget(
         closest_m: least distance of a centre from an obstacle, where the unseen part matters.
         range_sigma_m: standard deviation of the sensor's ranges.
         heading_error_rad: largest heading error of the drive.
-        range_m_max: the longest possible step, since nothing is known beyond.
+        range_m_max: the longest possible order: nothing is known beyond, and a follower goes no further by
+            one order.
     """
     return Budget(
         quantisation_m=closest_m * (1.0 - math.cos(math.tau / rays)),

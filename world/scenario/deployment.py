@@ -60,6 +60,8 @@ class _Site(Struct, frozen=True, kw_only=True):
             self.fleet.robots,
             piece_of(ground, bounds, at_m=self.at_m, hull_m=radius_m, clear_m=clear_m),
             Movers.of(self.moving).among(ground, 0.0),
+            # The tolerance covers what bodies drift from their courses.
+            inside=_shrunk(bounds, radius_m + self.law.mu0_m),
             seed=seed,
             clear_m=clear_m,
             # The distance that a joining robot keeps from all others.
@@ -95,7 +97,14 @@ def deployed(raw: dict[str, Any], *, seed: int, source: str) -> dict[str, Any]:
 
 
 def free_places(
-    robots: int, piece: Piece, ground: Ground, *, seed: int, clear_m: float, apart_m: float
+    robots: int,
+    piece: Piece,
+    ground: Ground,
+    *,
+    inside: Bounds,
+    seed: int,
+    clear_m: float,
+    apart_m: float,
 ) -> tuple[Pose, ...]:
     """Places where robots can start: fewer than requested if there is no room for more.
 
@@ -103,6 +112,7 @@ def free_places(
         robots: number of places to draw.
         piece: the ground where a robot can stand.
         ground: the obstacles; moving ones at their first places.
+        inside: the rectangle for centres.
         seed: the run's seed; with more robots, the first ones get the same places.
         clear_m: least distance of a centre from an obstacle.
         apart_m: least distance between two centres.
@@ -115,12 +125,26 @@ def free_places(
             x_m, y_m = chance.uniform(piece.low_m, high_m).tolist()
             heading_rad = float(chance.uniform(-np.pi, np.pi))
             apart = all(math.hypot(x_m - pose.x_m, y_m - pose.y_m) >= apart_m for pose in poses)
-            if apart and piece.holds(x_m, y_m) and _clear_m(ground, x_m, y_m) >= clear_m:
+            held = piece.holds(x_m, y_m) and _is_in(inside, x_m, y_m)
+            if apart and held and _clear_m(ground, x_m, y_m) >= clear_m:
                 poses.append(Pose(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
                 break
         else:
             break
     return tuple(poses)
+
+
+def _shrunk(bounds: Bounds, by_m: float) -> Bounds:
+    return Bounds(
+        x_m_min=bounds.x_m_min + by_m,
+        y_m_min=bounds.y_m_min + by_m,
+        x_m_max=bounds.x_m_max - by_m,
+        y_m_max=bounds.y_m_max - by_m,
+    )
+
+
+def _is_in(bounds: Bounds, x_m: float, y_m: float) -> bool:
+    return bounds.x_m_min <= x_m <= bounds.x_m_max and bounds.y_m_min <= y_m <= bounds.y_m_max
 
 
 def _clear_m(ground: Ground, x_m: float, y_m: float) -> float:

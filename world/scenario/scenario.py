@@ -19,7 +19,7 @@ from protocol.mission import Bounds, Mission
 from protocol.wire.messages import RAYS_MAX
 from world.geometry.movers import Movers
 from world.geometry.moving import Moving, top_speed_mps
-from world.geometry.shapes import Ground, Shape, ground_of
+from world.geometry.shapes import Circle, Ground, Shape, ground_of
 from world.scenario import checks, scene
 from world.scenario.budget import NOISE_SIGMAS, Budget, budget, revolutions, sure_range_m
 from world.scenario.corners import sharpest_corner_rad
@@ -84,7 +84,8 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
             checks.errors_covered(self.law, self.error_budget)
         poses, radius_m = self.fleet.poses(), self.fleet.robot_radius_m
         checks.places_apart(self.fleet, poses, self.mission())
-        checks.within(self.bounds, self.fleet, poses, self.goal)
+        drive_m = self.error_budget.drive_m if self.law.promises_clearance else 0.0
+        checks.within(self.bounds, self.fleet, poses, self.goal, drive_m)
         standoff_m = self.closest_m if self.law.promises_clearance else radius_m
         checks.clear_of(self.ground, self.fleet, poses, self.goal, standoff_m)
         checks.untouched(self.movers, self.fleet, poses)
@@ -101,8 +102,16 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
 
     @property
     def seen_shapes(self) -> tuple[Shape, ...]:
-        """All shapes that the sensor must be sure to see: static and moving obstacles."""
+        """The shapes of all obstacles, static and moving."""
         return (*self.obstacles, *(each.outline for each in self.moving))
+
+    @property
+    def solid_shapes(self) -> tuple[Shape, ...]:
+        """The same and a robot's hull: a robot that is left out is seen by scans alone."""
+        radius_m = self.fleet.robot_radius_m
+        is_seen = self.law.promises_clearance and self.fleet.robots > 1 and radius_m > 0.0
+        hulls = (Circle(centre_m=(0.0, 0.0), radius_m=radius_m),) if is_seen else ()
+        return (*self.seen_shapes, *hulls)
 
     @property
     def closest_m(self) -> float:
@@ -115,7 +124,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
         if not self.law.promises_clearance:
             return 1
         return revolutions(
-            self.seen_shapes,
+            self.solid_shapes,
             self.sensor.directions,
             wanted_m=min(self.sensor.range_m_max, SURE_RANGE_KEEPS * self.closest_m),
             rays_max=RAYS_MAX,
@@ -128,8 +137,8 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
 
     @cached_property
     def range_m_used(self) -> float:
-        """The range limit of the robots' scans: the sensor is sure to see every obstacle within it."""
-        return min(self.sensor.range_m_max, sure_range_m(self.seen_shapes, self.rays))
+        """The range limit of the robots' scans: the sensor is sure to see all solid shapes within it."""
+        return min(self.sensor.range_m_max, sure_range_m(self.solid_shapes, self.rays))
 
     @property
     def range_error_m_max(self) -> float:

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol.arrays import Floats, scan_bearings_rad
+from protocol.mission import SEEN_SHARE
 from tests.support.strategies.shape_strategies import as_shapely, patiently, shapes
 from world.geometry.rays import cast
 from world.geometry.shapes import Circle, Shape, ground_of
@@ -44,5 +45,12 @@ def test_the_budget_adds_its_three_shares() -> None:
     errors = budget(rays=90, closest_m=0.2, range_sigma_m=0.001, heading_error_rad=0.0001, range_m_max=4.0)
     assert errors.quantisation_m == pytest.approx(0.2 * (1.0 - math.cos(math.radians(4.0))))
     assert errors.range_noise_m == pytest.approx(0.003)
-    assert errors.drive_m == pytest.approx(0.0012)
-    assert errors.total_m == pytest.approx(errors.quantisation_m + 0.0042)
+    assert errors.drive_m == pytest.approx(0.0016)
+    assert errors.total_m == pytest.approx(errors.quantisation_m + 0.0046)
+
+
+def test_one_drive_errs_by_no_more_than_a_check_of_robots_leaves_to_it() -> None:
+    """F6 (c): a body is seen at `SEEN_SHARE` of the tolerance too near at most, and then passed."""
+    errors = budget(rays=90, closest_m=0.2, range_sigma_m=0.0, heading_error_rad=0.001, range_m_max=4.0)
+    least_mu0_m = errors.total_m - errors.quantisation_m
+    assert (1.0 - SEEN_SHARE) * least_mu0_m >= 4.0 * 0.001

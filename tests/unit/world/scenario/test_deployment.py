@@ -25,6 +25,7 @@ from world.scenario.piece import Piece, piece_of
 from world.scenario.scenario import Scenario, load
 
 BOUNDS = Bounds(x_m_min=0.0, y_m_min=0.0, x_m_max=4.0, y_m_max=3.0)
+INNER = Bounds(x_m_min=0.13, y_m_min=0.13, x_m_max=3.87, y_m_max=2.87)
 POST = Circle(centre_m=(2.0, 1.5), radius_m=0.8)
 FENCE = Polygon(vertices_m=((1.0, -1.0), (1.2, -1.0), (1.2, 4.0), (1.0, 4.0)))
 HULL_M, CLEAR_M = 0.1, 0.2
@@ -39,7 +40,7 @@ ROUND_THE_POST = piece(POST)
 
 def drawn(robots: int, seed: int, *, apart_m: float = 0.3) -> list[tuple[float, float]]:
     poses = free_places(
-        robots, ROUND_THE_POST, ground_of([POST]), seed=seed, clear_m=CLEAR_M, apart_m=apart_m
+        robots, ROUND_THE_POST, ground_of([POST]), inside=INNER, seed=seed, clear_m=CLEAR_M, apart_m=apart_m
     )
     return [(pose.x_m, pose.y_m) for pose in poses]
 
@@ -48,7 +49,7 @@ def drawn(robots: int, seed: int, *, apart_m: float = 0.3) -> list[tuple[float, 
 def test_places_are_free_inside_the_bounds_and_apart(robots: int, seed: int) -> None:
     places = drawn(robots, seed)
     assert len(places) == robots
-    assert all(0.1 <= x_m <= 3.9 and 0.1 <= y_m <= 2.9 for x_m, y_m in places)
+    assert all(0.13 <= x_m <= 3.87 and 0.13 <= y_m <= 2.87 for x_m, y_m in places)
     assert all(distances(ground_of([POST]), np.array(place)).min() >= CLEAR_M for place in places)
     assert all(dist(one, other) >= 0.3 for one, other in combinations(places, 2))
 
@@ -98,7 +99,7 @@ def test_shapely_finds_a_way_between_any_two_places(shapes: list[Circle], seed: 
     room = shapely.box(0.0, 0.0, 4.0, 3.0).buffer(-HULL_M)
     free = room.difference(shapely.union_all([as_shapely(each).buffer(CLEAR_M - 1e-3) for each in shapes]))
     ground = ground_of(shapes)
-    poses = free_places(4, piece(*shapes), ground, seed=seed, clear_m=CLEAR_M, apart_m=0.3)
+    poses = free_places(4, piece(*shapes), ground, inside=INNER, seed=seed, clear_m=CLEAR_M, apart_m=0.3)
     shared = [
         part for part in shapely.get_parts(free) if part.covers(shapely.Point(poses[0].x_m, poses[0].y_m))
     ]

@@ -1,0 +1,59 @@
+"""Scenarios at the limits of what the loader allows."""
+
+import math
+from pathlib import Path
+
+from clew.rehearsal.rehearsal import Rehearsal
+from protocol.faults.plan import Plan
+from protocol.faults.rules import Kill
+from world.judge.ending import Ending
+from world.judge.judgement import judge
+from world.scenario.scenario import Scenario, load
+
+FEW_RAYS = """
+name = "few-rays"
+[fleet]
+robots = 3
+robot_radius_m = 0.1
+start = [5.0, 5.0, 0.2617993878]
+spacing_m = 2.5
+separation_m = 0.05
+link_length_m_max = 3.0
+[law]
+epsilon_m = 0.1
+mu0_m = 0.02
+[goal]
+at_m = [14.66, 7.588]
+tolerance_m = 0.15
+[sensor]
+directions = 36
+range_m_max = 4.0
+[drive]
+speed_mps = 0.5
+speed_mps_min = 0.05
+speed_mps_max = 1.0
+turn_rate_radps = 1.5708
+[time]
+time_s_max = 120.0
+"""
+
+
+def few_rays(folder: Path, *, robots: int = 3) -> Scenario:
+    path = folder / "few-rays.toml"
+    path.write_text(FEW_RAYS.replace("robots = 3", f"robots = {robots}"))
+    return load(str(path))
+
+
+def test_within_the_range_in_use_no_robot_fits_between_two_rays(tmp_path: Path) -> None:
+    """F6 (c): a robot that is left out is known from scans alone."""
+    scenario = few_rays(tmp_path)
+    assert math.tau / scenario.rays * scenario.range_m_used <= 2.0 * scenario.fleet.robot_radius_m
+    assert few_rays(tmp_path, robots=1).rays == 36, "with nobody else there is no hull to see"
+
+
+def test_a_leader_does_not_drive_through_a_dead_robot_that_fits_between_two_rays(tmp_path: Path) -> None:
+    """F6 (c): the dead robot stands 2.5 m ahead, halfway between two rays that are 10 degrees apart."""
+    scenario = few_rays(tmp_path)
+    rehearsal = Rehearsal(scenario, 1, Plan(name="test", rules=(Kill(from_s=0.3, target="r1"),))).run()
+    assert judge(scenario, rehearsal.entries).breaches == ()
+    assert rehearsal.world.ending is Ending.ARRIVED
