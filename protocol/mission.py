@@ -11,7 +11,7 @@ DEADMAN_S = 1.0  # ten odometry periods: docs/run.md
 WATCH_S = 0.3  # odometry, scan, order: a robot whose motion is safe for this long never has to stop
 MOVES_S = 0.05  # two ticks, order and one to move in, to a hundredth: who may not do that cannot move
 BRIEF_S = 0.06  # three of the world's ticks: scan, order, and one to move in
-SEEN_SHARE = 0.75  # of the tolerance; a quarter remains for the drive, whose error in a swarm is far less
+SEEN_SHARE = 0.75  # of the tolerance; the rest is for one drive's error (`world/scenario/budget.py`)
 
 START_WALL_S = (
     30.0  # five robots beside 40 busy processes on two cores came after 15 s; on idle ones in 0.5 s
@@ -147,18 +147,13 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
         return 2.0 * self.robot_radius_m + (least_m if self.obstacles_move else 0.0)
 
     @property
-    def seen_less_m(self) -> float:
-        """How much nearer to a way a hit may be seen than it is to be kept off; the rest is the drive's."""
-        return SEEN_SHARE * self.mu0_m - self.range_error_m_max
-
-    @property
     def hull_reach_m(self) -> float:
         """How far off the ground where a robot may be hits are taken for its hull.
 
-        Its radius and more than it can be off (F6 of docs/strand.md). A robot that keeps `robot_keep_m` from
-        that ground keeps the separation, less `seen_less_m`, from a hit that is another's.
+        Its radius and more than it can be off with the range error, which `mu0` covers. A robot that keeps
+        `robot_keep_m` from that ground keeps the separation from a hull there that is another's (F6).
         """
-        return self.robot_radius_m + self.mu0_m + self.seen_less_m
+        return self.robot_radius_m + self.mu0_m
 
     heartbeat_s: Seconds = 0.25
     silence_s: Seconds = 1.0  # four lost heartbeats

@@ -1,6 +1,7 @@
 """A follower: drives from vertex to vertex of the path ahead (16)-(17), as far as its authority.
 
-Rule 1: it drives to the next vertex or to its authority, whichever comes first.
+Rule 1: it drives to the next vertex or to its authority, whichever comes first, and by one order no further
+        than a scan reaches: `mu0` covers the drive error of such a length.
 Rule 2: before it enters a segment, it checks the segment against a scan of its own. Except for robots of the
         strand, nothing may be nearer than the leader's promise, minus twice the tolerance: one for the place
         of this robot, one for that of the leader.
@@ -71,7 +72,7 @@ class Follower:
         if vertex == len(path):
             return None
         vertex_m = path[vertex].s_m
-        reach_m = min(vertex_m, authority_m)
+        reach_m = min(vertex_m, authority_m, progress_m + self._mission.range_m_max)
         least_m = THERE_M if final or reach_m == vertex_m else DRIVE_M_MIN
         return reach_m if reach_m - ordered_m > least_m else None
 
