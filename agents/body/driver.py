@@ -6,7 +6,8 @@ Rule 1: a restarted robot numbers its orders above all that its former life may 
 Rule 2 (F2 of docs/strand.md): motion is ordered only under the fence that the driver bears, while the newest
         odometry tells that fence, and it is in force.
 Rule 3 (F1): an order has ended when it is finished, or when odometry tells another fence than it bears: the
-        body has dropped it then, and stands. An order that was dropped is not finished.
+        body has dropped it then, and stands. An order that was dropped is not finished, and nor is one where
+        odometry tells a higher number: that is another life's, which has stopped the body on its way.
 Rule 4: the newest odometry by its fence, then by its number, is valid; older ones change nothing.
 """
 
@@ -56,7 +57,7 @@ class Driver:
         odometry = self._odometry
         if odometry is None or odometry.finished < self._stands_from:
             return False
-        return odometry.finished >= self._drive.number or self._is_dropped
+        return self._is_finished or self._is_dropped
 
     @property
     def odometry(self) -> Odometry:
@@ -151,7 +152,8 @@ class Driver:
 
     @property
     def _is_finished(self) -> bool:
-        return self.odometry.finished >= self._drive.number
+        """Whether the body has finished this very order: a higher number is of a process that replaces it."""
+        return self.odometry.finished == self._drive.number
 
     @property
     def _is_dropped(self) -> bool:

@@ -97,6 +97,19 @@ def test_an_order_is_driven_to_its_end_and_then_the_driver_stands() -> None:
     assert [progress_m for _, progress_m in heard] == pytest.approx([0.05, 0.10, 0.15, 0.15])
 
 
+def test_an_order_that_the_stop_of_another_life_has_ended_is_not_finished() -> None:
+    """A second process of the same robot stops the body: the first one must not grant ground beyond it."""
+    driver, body = awake()
+    to(driver, 3.0 * STRIDE_M)
+    body.order = driver.drive
+    driver.hear(body.live())
+    body.order = replace(driver.drive, number=driver.drive.number + LATE_ORDERS, target=None)
+    for _ in range(4):
+        driver.hear(body.live())
+        assert not driver.standing
+        assert driver.progress_m == pytest.approx(STRIDE_M)
+
+
 def test_the_current_order_is_confirmed_at_the_newest_odometry_and_keeps_its_number() -> None:
     driver, body = awake()
     to(driver, 1.0)
