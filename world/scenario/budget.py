@@ -18,7 +18,8 @@ NOISE_SIGMAS = 3.0
 
 HEADING_ERRORS = 4.0
 """Heading errors that add up beside a path: the leader deviates from its plan, and a follower from both ends
-of the segment that the leader drove. One is also what a check leaves to the drive (`SEEN_SHARE`)."""
+of the segment that the leader drove. Two are what a check of bodies leaves to drives (`SEEN_SHARE`): one to
+the robot's own, and one to that of a robot behind, from which the body may be hidden."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

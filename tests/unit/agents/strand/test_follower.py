@@ -269,7 +269,7 @@ def test_in_a_new_formation_all_ground_is_looked_at_anew() -> None:
 
 @pytest.mark.parametrize(
     ("beyond_mu0", "some_are_left_out", "clear"),
-    [(-1.5, False, True), (-1.5, True, False), (-0.5, True, True), (-2.5, False, False)],
+    [(-1.5, False, True), (-0.7, True, False), (-0.3, True, True), (-2.5, False, False)],
 )
 def test_if_robots_are_left_out_the_whole_promise_must_be_seen_beside_driven_ground(
     beyond_mu0: float, *, some_are_left_out: bool, clear: bool
@@ -333,7 +333,7 @@ def test_no_body_that_is_left_out_is_passed_nearer_for_standing_between_two_rays
 
 def test_of_a_segment_a_robot_drives_the_part_that_no_body_can_be_beside_and_looks_again_there() -> None:
     follower = Follower(MISSION, start_m=0.0, some_are_left_out=True)
-    ends_m = parts_m(follower, disc(2.0, 2.0 * RADIUS_M + MISSION.clear_m - 0.7 * MISSION.mu0_m))
+    ends_m = parts_m(follower, disc(2.0, 2.0 * RADIUS_M + MISSION.clear_m - 0.45 * MISSION.mu0_m))
     assert len(ends_m) > 2
     assert ends_m == sorted(set(ends_m))
     assert ends_m[-1] == 3.0
