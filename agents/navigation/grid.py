@@ -116,18 +116,17 @@ class Lattice:
         """The lattice of a grid."""
         return _lattice(grid.shape, grid.cell_m)
 
-    def graph(self) -> csr_array:
-        """The graph, with costs that are not set yet."""
+    def graph(self, costs: Floats) -> csr_array:
+        """The graph with these costs (cells, 8) of the edges from each cell."""
         first = np.arange(0, self.joined.size + 1, len(self.half_m), dtype=np.int32)
-        costs, cells = np.full(self.joined.size, np.inf), len(self.joined)
-        return csr_array((costs, self.joined.reshape(-1), first), shape=(cells, cells))
+        cells = len(self.joined)
+        return csr_array((costs.reshape(-1), self.joined.reshape(-1), first), shape=(cells, cells))
 
-    def price(self, graph: csr_array, price: Floats, changed: Indices | None = None) -> None:
-        """Set the costs of a graph: length times the mean price of both cells (cells,).
+    def price(self, costs: Floats, price: Floats, changed: Indices | None = None) -> None:
+        """Set the costs (cells, 8) of edges: length times the mean price of both cells (cells,).
 
         Closed cells cost infinity. `changed`: only the prices of these cells are others than before.
         """
-        costs = graph.data.reshape(self.joined.shape)
         if changed is None:
             np.take(price, self.joined, out=costs, mode="clip")  # unbuffered; no index is out of bounds
             costs += price[:, None]  # in place: allocating memory for all costs takes longer than the sum

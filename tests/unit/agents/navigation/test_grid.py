@@ -112,9 +112,9 @@ def test_the_distance_off_the_border_is_that_of_the_nearest_side() -> None:
 
 
 def priced(of: Grid, price: Floats) -> csr_array:
-    graph = Lattice.of(of).graph()
-    Lattice.of(of).price(graph, price.reshape(-1))
-    return graph
+    costs = np.empty((price.size, 8))
+    Lattice.of(of).price(costs, price.reshape(-1))
+    return Lattice.of(of).graph(costs)
 
 
 @given(st.lists(st.booleans(), min_size=30, max_size=30))
