@@ -6,6 +6,10 @@ Rule 2: a step is certified if the disc of radius r + epsilon, swept along it, s
 Rule 3: a step keeps the robots' distance from ground that robots behind may still reach. From the bounds of
         the region it keeps the hull's radius and the tolerance.
 Rule 4: an edge that is already nearer than its distance only forbids motion towards it.
+Rule 5: a short step, which leads to another place to look from, keeps all of that from what was hit and from
+        robots' bodies, and half of the tolerance less from sharper corners that two rays may hide. The rest
+        of the tolerance is for the drive: on a way so short it errs by an eighth of its share at most
+        (`world/scenario/budget.py`). The range error is none of it, since a scan is sure of nothing within.
 """
 
 import math
@@ -15,10 +19,13 @@ from functools import cached_property
 import numpy as np
 
 from agents.navigation.scan import View
-from agents.navigation.sure import sure
+from agents.navigation.sure import Sure, sure
 from protocol.arrays import Flags, Floats, nearest_on_segments, segments_apart, unit_vectors
 from protocol.mission import Bounds, Mission
 from protocol.sweep import Stadiums
+
+SHORT_STEP_EASE = 0.5  # of the tolerance, as on a leg that no leader has certified (`leg.py`)
+SHORT_STEP_SHARE = 1 / 8  # of the range; 3 cm of another place are enough in a corridor one robot wide
 
 
 @dataclass(frozen=True)
@@ -62,7 +69,22 @@ def scan_walls(view: View, mission: Mission, *, leave_out: Flags | None = None) 
 
     If a direction is left out, the gaps on both sides of it are as its other neighbours say.
     """
-    seen = sure(view, mission, leave_out=leave_out)
+    return _walls(sure(view, mission, leave_out=leave_out), mission.obstacle_keep_m, leave_out)
+
+
+def short_step_walls(view: View, mission: Mission) -> Walls:
+    """The same for a step of at most `short_step_m` where nothing but the strand moves (rule 5)."""
+    keep_m = mission.obstacle_keep_m
+    hit, hidden = sure(view, mission, bodies_only=True), sure(view, mission)
+    return Walls.joined(_walls(hit, keep_m), _walls(hidden, keep_m - SHORT_STEP_EASE * mission.mu0_m))
+
+
+def short_step_m(mission: Mission) -> float:
+    """The longest short step."""
+    return SHORT_STEP_SHARE * mission.range_m_max
+
+
+def _walls(seen: Sure, keep_m: float, leave_out: Flags | None = None) -> Walls:
     is_known = np.isfinite(seen.ranges_m)
     # The side at the end of a gap: from its arc to the next one's.
     sided = is_known & np.roll(is_known, -1) & (seen.ranges_m != np.roll(seen.ranges_m, -1))
@@ -70,7 +92,7 @@ def scan_walls(view: View, mission: Mission, *, leave_out: Flags | None = None) 
         sided &= ~np.roll(leave_out, -1)
     starts = np.concatenate([seen.starts[is_known], seen.ends[sided]])
     ends = np.concatenate([seen.ends[is_known], np.roll(seen.starts, -1, axis=0)[sided]])
-    return Walls(starts, ends, np.full(len(starts), mission.obstacle_keep_m))
+    return Walls(starts, ends, np.full(len(starts), keep_m))
 
 
 def ground_walls(corners: Floats, keep_m: float) -> Walls:

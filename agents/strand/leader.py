@@ -15,7 +15,8 @@ Rule 6: where obstacles move, a step keeps off all ground that they can reach wh
         they can reach in one *moment* (docs/words.md): the body then drives by moments
         (`agents/body/watch.py`).
 Rule 7: where nothing but the strand moves, scans of the same epoch from other places narrow what the closest
-        look may have missed. In another epoch bodies may have moved (F6 of docs/strand.md).
+        look may have missed. In another epoch bodies may have moved (F6 of docs/strand.md). If no step is
+        certified from the only place so far, a short one leads to another place.
 """
 
 import math
@@ -26,7 +27,7 @@ from functools import cache, partial
 import msgspec
 import numpy as np
 
-from agents.navigation.certificate import Walls, bounds_walls, scan_walls
+from agents.navigation.certificate import Walls, bounds_walls, scan_walls, short_step_m, short_step_walls
 from agents.navigation.ground import Ground
 from agents.navigation.guidance import CostToGo, Map
 from agents.navigation.law import Refused, Seen, Why, asked
@@ -254,8 +255,20 @@ class Leader:
             refused = refused_at(view, walls, way)
             if not goes_by_ways or refused == len(way):  # it says the same until the robots behind make room
                 return self._no_way(reason) if settled else Wait()
+            if (short := self._short_step(sight, ground, ways)) is not None:
+                return short
             self._close(view, way, refused)
         return self._no_way(reason)
+
+    def _short_step(self, sight: Sight, ground: Ground, ways: Callable[[], CostToGo]) -> Step | None:
+        """A step to another place to look from, if the ground up to there is clear but for hidden corners."""
+        if self._world_changes or sight.view.earlier:
+            return None
+        walls = Walls.joined(short_step_walls(sight.view, self._mission), ground.walls, *self._bounds())
+        step = self._ask(sight, walls, ways)
+        if not isinstance(step, Step):
+            return None
+        return replace(step, length_m=min(step.length_m, short_step_m(self._mission)), cost_to_go_m=None)
 
     def _cost_to_go(self, goal: Floats, taken: Floats, *, origin: Floats | None = None) -> CostToGo:
         tolerance_m, keep_m = self._mission.goal_tolerance_m, self._mission.robot_keep_m

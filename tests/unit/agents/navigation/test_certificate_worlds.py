@@ -7,7 +7,13 @@ import pytest
 import shapely
 from hypothesis import given, settings
 
-from agents.navigation.certificate import certified_lengths_m, promised_clearance_m, scan_walls
+from agents.navigation.certificate import (
+    certified_lengths_m,
+    promised_clearance_m,
+    scan_walls,
+    short_step_m,
+    short_step_walls,
+)
 from protocol.arrays import Floats
 from tests.support.scenes.standpoints import (
     BERTH_M,
@@ -51,6 +57,17 @@ def assert_certified_steps_are_safe(there: Standpoint) -> None:
 @given(standpoints())
 def test_no_certified_step_comes_nearer_than_epsilon_to_any_shape(there: Standpoint) -> None:
     assert_certified_steps_are_safe(there)
+
+
+@patiently
+@given(standpoints())
+def test_no_short_step_comes_nearer_to_any_shape_than_half_of_the_tolerance_less(there: Standpoint) -> None:
+    walls = short_step_walls(there.view, there.mission)
+    lengths_m = np.minimum(
+        certified_lengths_m(there.position, HEADINGS_RAD, walls), short_step_m(there.mission)
+    )
+    spent_m = there.mission.mu0_m / 2.0 * math.cos(math.tau / there.directions)
+    assert there.true_distance_m(there.moves(lengths_m)).min() >= least_kept_m(there) - spent_m
 
 
 @patiently

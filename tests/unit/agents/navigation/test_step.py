@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from agents.navigation.certificate import certified_lengths_m, scan_walls, short_step_m
 from agents.navigation.ground import Ground
 from agents.navigation.step import GAIN_M, Crossed, NoStep
 from agents.strand.leader import AGAIN_MAX, ROOM_STEPS_MAX, DeadEnd, Leader, Wait
+from protocol.arrays import xy
 from protocol.frames import Point, Pose
 from protocol.mission import Bounds, Mission
 from protocol.network.outbox import Outbox
@@ -209,6 +211,41 @@ def test_the_leader_does_not_go_back_to_a_gap_behind() -> None:
     assert step_through(posts, ROBOT) == Crossed()
     facing_it = Pose(x_m=0.0, y_m=0.0, heading_rad=math.pi)
     assert isinstance(step_through(posts, ROBOT, facing_it), Driven)
+
+
+# --- where one place is not enough to look from ---------------------------------------------------
+
+SHARP = replace(
+    to(10.0, 0.0), directions=360, range_error_m_max=0.0015, sharpest_corner_rad=math.radians(1.0)
+)
+"""A corner of 1 degree somewhere: the closest look may miss 10.6 mm beside the wall of a narrow corridor."""
+
+
+def corridor(*, half_m: float) -> list[Shape]:
+    return [wall((-3.0, half_m), (3.0, half_m)), wall((3.0, -half_m), (-3.0, -half_m))]
+
+
+def test_a_short_step_leads_to_a_second_place_to_look_from_and_only_there() -> None:
+    leader, walls = Leader(SHARP, ORIGIN), corridor(half_m=0.212)
+    first = plan(leader, walls, SHARP, alone())
+    assert isinstance(first, StepPlanned)
+    assert first.length_m == pytest.approx(short_step_m(SHARP))
+    there = Pose(x_m=first.target.x_m, y_m=first.target.y_m, heading_rad=0.0)
+    again = plan(leader, walls, SHARP, alone(there), at=there)
+    assert isinstance(again, StepPlanned)
+    certified = scan_walls(leader._earlier[-1], SHARP)
+    ahead_m = float(certified_lengths_m(xy(there), np.array([again.heading_rad]), certified)[0])
+    assert ahead_m < GAIN_M, "alone, the second scan shows no way either"
+
+
+@pytest.mark.parametrize("settings", [{"bodies_may_move": True}, {}])
+def test_no_short_step_is_planned_where_bodies_may_move_or_a_wall_is_too_near(
+    settings: dict[str, bool],
+) -> None:
+    half_m = 0.212 if settings else 0.1999
+    seen = look_around(corridor(half_m=half_m), SHARP, revolutions=20)
+    answer = Leader(SHARP, ORIGIN).plan(seen, alone(), epoch=1, settled=True, **settings)
+    assert isinstance(answer, NoStep)
 
 
 # --- the record -----------------------------------------------------------------------------------
