@@ -233,7 +233,9 @@ class Membership:
         if self._fence.robot == self._robot:
             return []
         answer = None if self._reporter is None else self._reporter.answer
-        plea = Plea(epoch=self._fence.epoch, life=self._life, stranded=answer is not None and answer.stranded)
+        told, stood_s = answer is not None and answer.stranded, self._driver.odometry.stood_s
+        stranded = self._pleas.note_stranded(now_s, told=told, stood_s=stood_s)
+        plea = Plea(epoch=self._fence.epoch, life=self._life, stranded=stranded)
         return self._pleas.ask(plea, self._fence, now_s)
 
     def _deliver(self, commands: Iterable[Command], now_s: float) -> list[Command]:

@@ -3,6 +3,8 @@
 Rule 1: a leader lets the same robot in again after a time that doubles, to a limit, so that one that keeps
         failing does not stop the others all the time.
 Rule 2: it proposes that view when it next stands, or after `STOP_S`.
+Rule 3: a robot for which no way was found says so until a body has moved, in later views, too. Only a leader
+        that has arrived lets it in then.
 """
 
 from collections import Counter
@@ -28,6 +30,7 @@ class Pleas:
     _let_in: Counter[int] = field(default_factory=Counter)
     _not_before_s: dict[int, float] = field(default_factory=dict)
     _said_at_s: float = -float("inf")
+    _stranded_s: float = -float("inf")
 
     def ask(self, plea: Plea, fence: Fence, now_s: float) -> list[Command]:
         """Ask the leader that odometry names to be let in, if it is time."""
@@ -37,6 +40,18 @@ class Pleas:
             return []
         self._said_at_s = now_s
         return [Say(fence.robot, plea)]
+
+    def note_stranded(self, now_s: float, *, told: bool, stood_s: float) -> bool:
+        """Rule 3: whether no way was found for this robot, and no body has moved since.
+
+        Args:
+            now_s: the time.
+            told: whether the coordinator says that no way was found.
+            stood_s: for how long all bodies have stood.
+        """
+        if told:
+            self._stranded_s = now_s
+        return told or stood_s + self.timing.gap_s >= now_s - self._stranded_s
 
     def forget(self) -> None:
         """There is a new view: who wants to be let in asks again."""

@@ -71,3 +71,11 @@ def test_a_stranded_robot_is_let_in_only_by_a_leader_that_has_arrived() -> None:
     assert pleas.reason(1.0, stands=True) is None
     pleas.hear(3, 1.0, stranded=True, arrived=True)
     assert pleas.reason(1.0, stands=True) is not None
+
+
+def test_a_robot_is_stranded_in_later_views_until_a_body_has_moved() -> None:
+    pleas = Pleas(TIMING)
+    assert not pleas.note_stranded(9.0, told=False, stood_s=9.0), "nobody has looked for a way yet"
+    assert pleas.note_stranded(10.0, told=True, stood_s=0.0)
+    assert pleas.note_stranded(30.0, told=False, stood_s=20.0)
+    assert not pleas.note_stranded(31.0, told=False, stood_s=5.0), "a body has moved"
