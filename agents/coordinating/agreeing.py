@@ -31,8 +31,11 @@ class Intent:
     led_by: int = 0
     """The leader of the last strand; 0: there was none."""
     turnabout: Turnabout | None = None
-    """DEAD_END: how the strand is to turn round, in this epoch, of so many robots, on this path."""
+    """DEAD_END: how the strand is to turn round."""
+    is_closed: bool = False
+    """NO_WAY: whether no robot of the strand can have a way."""
     ended: Epoch | None = None
+    """The epoch of that strand, how many robots it had, and its path."""
     robots: int = 0
     path: Path | None = None
 
@@ -99,11 +102,19 @@ class Agreement:
         own = reports[self.robot]
         newest = max(reports.values(), key=lambda report: report.counted.number)
         counters = own.counters if own.counted == newest.counted else newest.counters
+        led = counters.led_in_vain
+        if self.intent.is_closed:
+            led += tuple(robot for robot in sorted(reports.keys() - set(led)) if self._was_in(reports[robot]))
         return replace(
             counters,
+            led_in_vain=led,
             steps=max(report.counters.steps for report in reports.values()),
             heals=counters.heals + self.intent.heals,
         )
+
+    def _was_in(self, report: Report) -> bool:
+        """Whether a robot stands at a place in the strand that has ended."""
+        return any(former.epoch == self.intent.ended and not former.draft for former in report.formers)
 
     def _plan(
         self,

@@ -12,8 +12,8 @@ Rule 3: if no robot finds a way, the last robot in place makes way, once: it giv
 Rule 4: if that does not help, other robots lead, the nearest to the goal first, up to a limit. This happens
         at once if all robots are there and the one that would lead stands in front and finds no way. Then
         those in place go on without the others. A strand that was already on its way goes on without them at
-        once, if it has several robots and no other is nearer to the goal; otherwise only after others were
-        tried as leaders for a long time.
+        once, if it has several robots and no other that may still lead is nearer to the goal; otherwise only
+        after others were tried as leaders for a long time.
 Rule 5: robots that are left out and were there lately may stand in the way, and may come back. So the draft
         waits for them before a robot makes way, and waits longer before the strand goes on.
 Rule 6: where a robot that asks a strand on its way to let it in finds no way, the strand goes on as it was;
@@ -31,7 +31,6 @@ from agents.coordinating.order import (
     former_order,
     in_front,
     kept_order,
-    nearest_to,
     order_at_start,
     other_order,
     places_of,
@@ -206,7 +205,7 @@ class Draft:
         if self._made_way is None:
             return self._make_way()
         goal = self.mission.goal
-        leads_best = goal is not None and nearest_to(goal, places) == self.strand[0]
+        leads_best = goal is not None and other_order(places, self._led_before, goal)[0] == self.strand[0]
         has_arrived = reports[self.strand[0]].arrived
         if self._is_last_try or (leads_best and len(self.strand) > 1 and not has_arrived):
             return Done()

@@ -65,10 +65,18 @@ class Proposing:
         reason = self._raising.reason
         cause = Cause.START if reason is None else reason.cause
         wish = None if member is None else member.wish
-        if member is None or wish is None or wish.turnabout is None or cause is not Cause.DEAD_END:
+        if member is None or wish is None or wish.cause is not cause:
             return Intent(cause, self._led_by)
         formation = member.formation
-        return Intent(cause, self._led_by, wish.turnabout, formation.epoch, formation.members, member.path)
+        return Intent(
+            cause,
+            self._led_by,
+            turnabout=wish.turnabout,
+            is_closed=wish.is_closed,
+            ended=formation.epoch,
+            robots=formation.members,
+            path=member.path,
+        )
 
     def act(
         self,

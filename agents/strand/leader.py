@@ -58,6 +58,7 @@ EARLIER_MAX = 8  # scans of other places that are kept: some metres of a narrow 
 ROOM_STEPS_MAX = 5  # some steps round a hairpin free no ground behind; steps to and fro never do
 AGAIN_CELLS = 2.0  # cells of the map: within this distance it is the same place
 AGAIN_MAX = 12  # ten steps of `GAIN_M` leave the place; sound leaders plan at most 4 times from one place
+NO_WAY = NoStep("no way to the goal is left in what is known", everywhere=True)
 SPOTS_MAX = 100  # closed from one place: after so many refusals there is no way
 
 
@@ -107,6 +108,11 @@ class Leader:
     def steps(self) -> int:
         """Switching steps planned so far."""
         return self._steps
+
+    @property
+    def has_forgotten(self) -> bool:
+        """Whether the map was cleared in this epoch."""
+        return self._forgot
 
     def count_on(self, steps: int) -> None:
         """Count on from another leader's steps."""
@@ -296,7 +302,7 @@ class Leader:
         # The leader can go back the way it came, even if hulls stand all around it now.
         come_m = cost_to_go.at(ground.path.between(0.0, ground.path.end_m))
         if not len(ground.taken) or not (has_way(view, alone, cost_to_go) or np.isfinite(come_m).any()):
-            return self._no_way("no way to the goal is left in what is known", everywhere=True)
+            return self._no_way(NO_WAY.reason, everywhere=True)
         if not settled:
             return Wait()
         back_to_m = way_back_m(ground, self._mission.obstacle_keep_m, reachable)

@@ -2,12 +2,11 @@
 
 Rule 1: it plans only where the path ends. If its body stands elsewhere, it wants a new formation.
 Rule 2: where the only way leads back, it wants the strand to turn round, `TURNS_MAX` times at most without a
-        step towards the goal between them.
-Rule 3: where it knows no way on, and the strand has lost robots, it wants another robot to lead. The route is
-        lost if `LEADERS_MAX` others have led in vain, or this one before. It is also lost if another robot
-        has led in vain, and the map shows this one no way from any place of the strand. A strand that
-        has tried another leader does not turn round any more: any robot may lead. The first leader waits
-        before it says that the route is lost, where bodies or obstacles may move away.
+        step towards the goal between them. A tail that leads it out does not turn it round on a cleared map.
+Rule 3: where it knows no way on, and the strand has lost robots, it wants another robot to lead: one that was
+        left out, if it is the second end or leader that knows none, and the map shows none from any place of
+        the strand. The route is lost if `LEADERS_MAX` have led in vain, or this one before. A strand that has
+        tried another leader does not turn round. The first one waits where bodies or obstacles may move away.
 Rule 4: after each step that it gives up, but the first ones in an epoch, it waits before it plans again, for
         a time that its life draws. Else two leaders that see the same give way to each other for ever.
 """
@@ -18,7 +17,7 @@ from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import Command, Note
 from agents.navigation.step import Crossed, LookCloser, NoStep
-from agents.strand.leader import DeadEnd, Plan, Wait
+from agents.strand.leader import NO_WAY, DeadEnd, Plan, Wait
 from agents.strand.memory import Memory
 from agents.strand.strand import Strand
 from agents.strand.wish import Turnabout, Wish
@@ -51,8 +50,7 @@ class Leading:
         self._strand = strand
         self._step: StepPlanned | None = None
         self._gives_up = self._lost = self._arrived = False
-        self._given_up = 0
-        """Steps given up in this epoch."""
+        self._given_up = 0  # steps, in this epoch
         self._plans_again_s = -math.inf
         self._stuck_at_s = math.inf
         self._wish: Wish | None = None
@@ -151,9 +149,11 @@ class Leading:
             bodies_may_move=self._has_lost_some,
             all_stand=now_s - self._stuck_at_s >= STANDS_S,
         )
+        if room_m is not None and isinstance(planned, DeadEnd) and leader.has_forgotten:
+            planned = NO_WAY  # a new map does not show what the other end has seen
         if room_m is not None and isinstance(planned, StepPlanned):
             strand.lead_on()
-        elif room_m is not None:
+        elif room_m is not None and planned != NO_WAY:
             planned = leader.make_room(scan, ground, epoch=strand.number, room_m=room_m)
         behind = strand.behind
         self._memory.hand_on(0 if behind is None or behind.state is None else behind.state.handed)
@@ -216,11 +216,11 @@ class Leading:
 
     def _give_up_lead(self, reason: str, *, everywhere: bool = False) -> list[Command]:
         """Rule 3."""
-        led = self._strand.counters.led_in_vain
-        is_sure = self._strand.robot in led or (everywhere and self._some_are_left_out and len(led) > 0)
-        if not self._has_lost_some or is_sure or len(led) >= LEADERS_MAX:
+        strand, led = self._strand, self._strand.counters.led_in_vain
+        if not self._has_lost_some or strand.robot in led or len(led) >= LEADERS_MAX:
             return self._lose(reason)
-        self._wish = Wish(Cause.NO_WAY, reason)
+        is_closed = everywhere and self._some_are_left_out and (len(led) > 0 or strand.back_by_m > 0.0)
+        self._wish = Wish(Cause.NO_WAY, reason, is_closed=is_closed)
         return []
 
     def _lose(self, reason: str) -> list[Command]:

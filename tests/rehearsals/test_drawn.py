@@ -84,6 +84,8 @@ def rehearsed(name: str, seed: int, *, decided: Callable[[World], bool]) -> tupl
         ("waited-for-the-dead", 14064, 18.564, ()),
         # A robot that is left out for a silence counts in the same view as soon as that has passed.
         ("shunned-in-front-in-a-corridor", 70159, 10.9, ()),
+        # Three are locked in a pocket by a dead body; the one outside has to go on without them.
+        ("outside-of-a-closed-pocket", 111623, 18.384, ()),
     ],
 )
 def test_a_fleet_heals_in_a_case_in_which_it_once_did_not(

@@ -18,9 +18,9 @@ QUEUE = {1: (3.0, 0.0), 2: (2.0, 0.0), 3: (1.0, 0.0), 4: (0.0, 0.0)}
 Reports = dict[int, Report]
 
 
-def drafted(*, robots: int = 4, cause: Cause = Cause.NEIGHBOUR_LOST) -> Draft:
+def drafted(*, robots: int = 4, cause: Cause = Cause.NEIGHBOUR_LOST, led: tuple[int, ...] = ()) -> Draft:
     mission = under("certified", robots=robots, robot_radius_m=0.1, goal=GOAL, goal_tolerance_m=0.1)
-    return Draft(mission, TIMING, cause)
+    return Draft(mission, TIMING, cause, led)
 
 
 def reports(places: dict[int, tuple[float, float]], former: Epoch | None = None, *stayed: int) -> Reports:
@@ -234,6 +234,17 @@ def test_those_in_place_go_on_at_once_if_they_are_several_and_nobody_is_nearer_t
     draft.end_turn(3, placed=False)
     assert draft.next(there, 0.0, others_may_come_back=False) == Done()
     assert draft.strand == [1, 2]
+
+
+def test_one_that_has_led_in_vain_does_not_count_though_it_stands_nearer_to_the_goal() -> None:
+    there = reports(QUEUE)
+    draft = settled(drafted(cause=Cause.NO_WAY, led=(1,)), there)
+    assert draft.strand == [2]
+    while isinstance(following := draft.next(there, 0.0, others_may_come_back=False), Give | Wait):
+        if isinstance(following, Give):
+            draft.end_turn(following.robot, placed=following.robot != 1)
+    assert following == Done()
+    assert draft.strand[0] == 2
 
 
 @pytest.mark.parametrize("cause", [Cause.NEIGHBOUR_LOST, Cause.PLEA])
