@@ -182,6 +182,8 @@ MUTANTS = (
         "protocol/mission.py",
         "max(separation_m, moment_m) + mu0_m\n",
         "max(separation_m, moment_m)\n",
+        check="tests/unit/agents/strand/test_strand.py::"
+        "test_a_robot_grants_the_path_behind_it_minus_the_distance_to_keep",
     ),
     _mutant(
         "reached-short",
