@@ -5,14 +5,13 @@ Rule 1: few robots are on their way to a session at a time. A thousand at once k
 Rule 2: a robot is on its way until it says that it is connected, or its process has ended.
 """
 
-from collections import deque
+from collections import OrderedDict
 from collections.abc import Iterable
 from typing import Generic, TypeVar
 
 # Without a limit, at load 100, up to 43 of 1,000 were on their way at a time, and a handshake took up to 2.8
 # of the 3 s that it may take (`OPEN_TIMEOUT_MS`).
 CONNECTING_MAX = 8
-
 
 Place = TypeVar("Place")
 
@@ -21,19 +20,19 @@ class Starting(Generic[Place]):
     """The robots of a host that wait for their start, and the processes that have no session yet."""
 
     def __init__(self) -> None:
-        self._waiting: deque[Place] = deque()
+        self._waiting: OrderedDict[Place, None] = OrderedDict()
         self._connecting: set[int] = set()
 
     def wait(self, place: Place) -> None:
         """A robot is to be started; if it waits already, it is started once."""
-        if place not in self._waiting:
-            self._waiting.append(place)
+        self._waiting.setdefault(place)
 
     def next(self) -> Place | None:
         """The robot to start now; None: nobody waits, or enough are on their way."""
         if not self._waiting or len(self._connecting) >= CONNECTING_MAX:
             return None
-        return self._waiting.popleft()
+        place, _ = self._waiting.popitem(last=False)
+        return place
 
     def began(self, pid: int) -> None:
         """A process has been started."""
