@@ -10,7 +10,7 @@ from agents.commands import Command, Note
 from agents.coordinating.formation import Plan, lay_path
 from agents.coordinating.legs import Legs
 from agents.coordinating.order import places_of, positions
-from agents.coordinating.turnabout import turned_round
+from agents.coordinating.turnabout import former_place, turned_round
 from agents.strand.wish import Turnabout
 from protocol.arrays import distances_to_segments, xy
 from protocol.fence import Cause, Epoch
@@ -104,17 +104,14 @@ class Agreement:
         counters = own.counters if own.counted == newest.counted else newest.counters
         led = counters.led_in_vain
         if self.intent.is_closed:
-            led += tuple(robot for robot in sorted(reports.keys() - set(led)) if self._was_in(reports[robot]))
+            others, ended = sorted(reports.keys() - set(led)), self.intent.ended
+            led += tuple(robot for robot in others if former_place(reports[robot], ended) is not None)
         return replace(
             counters,
             led_in_vain=led,
             steps=max(report.counters.steps for report in reports.values()),
             heals=counters.heals + self.intent.heals,
         )
-
-    def _was_in(self, report: Report) -> bool:
-        """Whether a robot stands at a place in the strand that has ended."""
-        return any(former.epoch == self.intent.ended and not former.draft for former in report.formers)
 
     def _plan(
         self,

@@ -9,10 +9,15 @@ from collections.abc import Mapping
 from agents.strand.wish import Turnabout
 from protocol.fence import Epoch
 from protocol.path import Path
-from protocol.wire.view import Report
+from protocol.wire.view import Former, Report
 
 Turned = tuple[tuple[int, ...], Path, dict[int, float]]
 """Order, path, and each robot's arc length along it."""
+
+
+def former_place(report: Report, ended: Epoch | None) -> Former | None:
+    """The place in the strand of this epoch that a robot has not left; None: it has none."""
+    return next((each for each in report.formers if each.epoch == ended and not each.draft), None)
 
 
 def turned_round(
@@ -29,8 +34,7 @@ def turned_round(
     """
     at: list[tuple[int, int, float]] = []
     for robot, report in reports.items():
-        former = next((each for each in report.formers if each.epoch == ended and not each.draft), None)
-        if former is None:
+        if (former := former_place(report, ended)) is None:
             continue
         at.append((former.rank, robot, former.s_m))
     at.sort()
