@@ -17,7 +17,7 @@ import msgspec
 from msgspec import Struct
 
 from clew.bench.forming import QUEUE, SPACING_M
-from clew.bench.progress import Progress, Together
+from clew.bench.progress import Together
 from clew.bench.result import Aim, Figure, figure
 from clew.bench.usage import Usage
 from clew.fields.scatter import scatter
@@ -271,7 +271,7 @@ def _or_never(values: Sequence[float | None]) -> list[float]:
 
 def scale_run(
     verdicts: Sequence[Verdict],
-    progress: Progress | Together,
+    progress: Together,
     *,
     robots: int,
     strands: int = 1,

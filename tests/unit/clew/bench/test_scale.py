@@ -36,7 +36,7 @@ def run(progress: Progress, **changed: object) -> ScaleRun:
     verdict = replace(GOOD, ticks_late=Late(p50_s=0.001, p99_s=0.01), wall_s=2.0)
     told = scale_run(
         [verdict],
-        progress,
+        Together([progress]),
         robots=2,
         speed=1.0,
         began_s=100.0,
