@@ -11,10 +11,10 @@ import fcntl
 import glob
 import os
 import shutil
-import tempfile
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from uuid import uuid4
 
 from protocol.errors import UsageError
 from protocol.files.writing import FILE_MODE, make_folder
@@ -71,14 +71,13 @@ def _foreign(out: Path, names: Collection[str]) -> str | None:
 @contextmanager
 def _beside(out: Path) -> Iterator[Path]:
     """A hidden folder on the same file system; it is removed with everything left in it."""
+    # Named before it is made: an interrupt right after that would leave a folder whose name nobody knows.
+    draft = out.parent / f".{out.name}.{uuid4().hex}{PART}"
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         for left in out.parent.glob(f".{glob.escape(out.name)}.*{PART}"):
             _clear(left, {NEW, OLD, out.name})
-        draft = Path(tempfile.mkdtemp(prefix=f".{out.name}.", suffix=PART, dir=out.parent))
-    except OSError as error:
-        raise UsageError(f"--out {out}: cannot be written: {error.strerror}") from error
-    try:
+        make_folder(draft)
         with _locked(draft):
             yield draft
     except OSError as error:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from clew.export import place
 from clew.export.place import whole_file, whole_folder
 from protocol.errors import UsageError
 from protocol.root import ROOT
@@ -32,6 +33,19 @@ def test_an_unfinished_file_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt), whole_file(out) as draft:
         interrupted(draft)
     assert list(out.parent.iterdir()) == []
+
+
+def test_an_export_that_is_interrupted_as_it_begins_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def made(folder: Path) -> None:
+        folder.mkdir()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(place, "make_folder", made)
+    with pytest.raises(KeyboardInterrupt), whole_file(tmp_path / "events.mcap"):
+        pass
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_an_earlier_file_stays_until_the_new_one_is_complete(tmp_path: Path) -> None:
