@@ -143,7 +143,7 @@ class Draft:
             clear += 1
         order = self.order[:clear]
         self.driven = {robot for robot in order[1:] if sees(robot).driven}
-        self.legs = {robot: sees(robot).corners for robot in self.driven if sees(robot).corners}
+        self.legs = {robot: sees(robot).way for robot in self.driven}
         least_m = self.mission.robot_keep_m
         count = robots_apart(places_of(reports), order, self.legs, least_m=least_m)
         stays = 1

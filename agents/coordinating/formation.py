@@ -3,7 +3,9 @@
 Rule 1: it is made once; its pieces are sent again byte for byte (F4).
 Rule 2: every member is told the whole path from the tail on, with arc lengths. Of places and lives it is told
         only its own and those of its two neighbours.
-Rule 3: its path leads through all places, tail first; a leg that has been driven keeps its corners.
+Rule 3 (safety): its path leads from place to place, tail first. A leg that has been driven is laid where it
+        was, and so are the places at its ends: bodies may stand beside them by what their drives were off. A
+        path through where they stand would be off by that much more in every view.
 """
 
 from collections.abc import Mapping, Sequence
@@ -100,10 +102,15 @@ def lay_path(order: Sequence[int], places: Mapping[int, Pose], legs: Legs) -> tu
     """Rule 3: the path, and each robot's arc length along it."""
     points: list[Point] = []
     at: dict[int, int] = {}
+    is_laid = False  # whether a driven leg has led to the robot's place
     for robot in reversed(order):
-        at[robot] = len(points)
-        points.append(Point(x_m=places[robot].x_m, y_m=places[robot].y_m))
-        points += legs.get(robot, ()) if robot != order[0] else ()
+        leg = legs.get(robot, ()) if robot != order[0] else ()
+        if leg or not is_laid:
+            here = leg[0] if leg else Point(x_m=places[robot].x_m, y_m=places[robot].y_m)
+            points += [here] if points[-1:] != [here] else []
+        at[robot] = len(points) - 1
+        points += leg[1:]
+        is_laid = bool(leg)
     along = np.array([(point.x_m, point.y_m) for point in points]).reshape(-1, 2)
     steps_m = np.hypot(*np.diff(along, axis=0).T)
     arcs_m = np.concatenate([[0.0], np.cumsum(steps_m)])

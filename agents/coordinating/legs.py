@@ -14,7 +14,10 @@ from protocol.arrays import Floats, Indices, distances_to_segments, segments_apa
 from protocol.frames import Point, Pose
 
 Legs = Mapping[int, Sequence[Point]]
-"""Corners of a robot's way to the one ahead, from its own place on; without an entry it goes straight."""
+"""A robot's driven way to the one ahead, ends included; without an entry it goes straight.
+
+It ends beside where bodies stand, by what their drives were off.
+"""
 
 
 def line_of(places: Places, order: Sequence[int], legs: Legs) -> tuple[Floats, Indices]:
@@ -22,7 +25,7 @@ def line_of(places: Places, order: Sequence[int], legs: Legs) -> tuple[Floats, I
     corners: list[Point | Pose] = [places[order[0]]]
     leg: list[int] = []
     for index, robot in enumerate(order[1:]):
-        corners += [*reversed(legs.get(robot, ())), places[robot]]
+        corners += [*reversed(legs.get(robot, ())[1:-1]), places[robot]]
         leg += [index] * (len(corners) - 1 - len(leg))
     return np.array([(corner.x_m, corner.y_m) for corner in corners]), np.array(leg, dtype=np.intp)
 

@@ -1,5 +1,10 @@
-"""The places that a robot had in formations and drafts, and has not left since."""
+"""The places that a robot had in formations and drafts, and has not left since.
 
+Rule 1 (safety): a driven leg is told as it was laid, and not as from where bodies stand beside it. Else their
+        drives' errors would add up, from view to view.
+"""
+
+import math
 from dataclasses import dataclass
 from typing import Self
 
@@ -8,7 +13,7 @@ import numpy as np
 from protocol.arrays import nearest_on_segments, xy
 from protocol.fence import Epoch
 from protocol.frames import Point, Pose, Vertex
-from protocol.path import THERE_M, Path
+from protocol.path import ON_LINE_M, THERE_M, Path
 from protocol.wire.view import FORMERS_MAX, LEG_CORNERS_MAX, Former
 
 COASTS_M = 1.0  # a body stands at once when the fence rises: only what odometry had not told yet
@@ -38,7 +43,14 @@ class Berth:
         s_m = min(self.progress_m + along_m, self.path.end_m)
         leg = self._leg(s_m)
         leg_from_m = None if leg is None else self.behind_m
-        return Former(epoch=self.epoch, rank=self.rank, s_m=s_m, leg_from_m=leg_from_m, corners=leg or ())
+        return Former(
+            epoch=self.epoch,
+            rank=self.rank,
+            s_m=s_m,
+            at=self.path.at(s_m),
+            leg_from_m=leg_from_m,
+            corners=leg or (),
+        )
 
     def _leg(self, to_m: float) -> tuple[Vertex, ...] | None:
         """Corners of the path from the robot behind on; None if there are too many, or is no such robot."""
@@ -75,10 +87,13 @@ class Places:
         draft = () if self.draft is None else (self.draft,)
         return (*draft, *(berth.former(pose) for berth in self.berths))
 
-    def leg_to(self, ahead: tuple[Former, ...], pose: Pose) -> tuple[Point, ...] | None:
-        """Corners of a driven way to the robot ahead, which tells them; None if no path of one epoch does.
+    def leg_to(
+        self, ahead: tuple[Former, ...], pose: Pose, ahead_at: Pose, *, off_m_max: float
+    ) -> tuple[Point, ...] | None:
+        """The driven way to the robot ahead, which tells its corners; None if no path of one epoch is one.
 
-        The robot ahead knows all of the path that it has driven; this one may have been cut off before.
+        The robot ahead knows all of the path that it has driven; this one may have been cut off before. A
+        robot that stands further off its place than `off_m_max` is where it stands.
         """
         for own in (berth.former(pose) for berth in self.berths):
             theirs = next((each for each in ahead if each.epoch == own.epoch and not each.draft), None)
@@ -86,5 +101,15 @@ class Places:
                 continue
             if theirs.leg_from_m <= own.s_m <= theirs.s_m:
                 inner = (vertex for vertex in theirs.corners if vertex.s_m > own.s_m + THERE_M)
-                return tuple(Point(x_m=vertex.x_m, y_m=vertex.y_m) for vertex in inner)
+                corners = (Point(x_m=vertex.x_m, y_m=vertex.y_m) for vertex in inner)
+                ends = _on_path(own, pose, off_m_max), _on_path(theirs, ahead_at, off_m_max)
+                return (ends[0], *corners, ends[1])
         return None
+
+
+def _on_path(former: Former, pose: Pose, off_m_max: float) -> Point:
+    """Rule 1: where a leg begins or ends."""
+    stands, at = Point(x_m=pose.x_m, y_m=pose.y_m), former.at
+    if at is None or not ON_LINE_M < math.hypot(at.x_m - pose.x_m, at.y_m - pose.y_m) <= off_m_max:
+        return stands
+    return at

@@ -130,9 +130,9 @@ class Reporter:
         if question is None or (self._look is not None and self._look.number == question.number):
             return []
         if question.place is not None:
-            corners = self.places.leg_to(question.formers, pose)
-            if corners is not None:
-                self._look = Look(number=question.number, clear=True, driven=True, corners=corners)
+            way = self.places.leg_to(question.formers, pose, question.place, off_m_max=self.mission.mu0_m)
+            if way is not None:
+                self._look = Look(number=question.number, clear=True, driven=True, way=way)
                 return []
             if not self.mission.promises_clearance:
                 self._look = Look(number=question.number, clear=True)

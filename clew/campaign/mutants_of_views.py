@@ -228,6 +228,14 @@ OF_VIEWS = (
         "test_v23_a_leg_between_places_of_two_epochs_or_that_is_not_known_was_not_driven",
     ),
     mutant(
+        "laid-through-bodies",
+        "S1: a driven leg is laid where it was, and not from where bodies stand beside it",
+        "agents/membership/places.py",
+        "        return stands\n    return at\n",
+        "        return stands\n    return stands\n",
+        check="tests/rehearsals/test_driven_legs.py::test_drive_errors_do_not_add_up_from_view_to_view",
+    ),
+    mutant(
         "no-epoch-in-links",
         "F5: a link state of another epoch, or of another life, is void",
         "protocol/wire/link.py",

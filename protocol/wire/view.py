@@ -29,6 +29,8 @@ class Former(Struct, frozen=True, kw_only=True):
     """The leader's is 0."""
     s_m: Length = 0.0
     """Arc length along that formation's path; of no meaning in a draft."""
+    at: Point | None = None
+    """Where on that path that is; the body may stand beside it. Null: it is a place in a draft."""
     leg_from_m: Length | None = None
     """From here to `s_m` it tells the path's corners, for the robot behind; null: it tells none."""
     corners: Annotated[tuple[Vertex, ...], Meta(max_length=LEG_CORNERS_MAX)] = ()
@@ -76,8 +78,8 @@ class Look(Struct, frozen=True, kw_only=True):
     """Distance to the nearest hit that is no robot; the range limit where there is none."""
     driven: bool = False
     """Whether both stand on one path of one epoch, so that the robot ahead has driven the leg."""
-    corners: Annotated[tuple[Point, ...], Meta(max_length=LEG_CORNERS_MAX)] = ()
-    """Of that path between the two, from the robot's own place on; none: the leg is straight."""
+    way: Annotated[tuple[Point, ...], Meta(max_length=LEG_CORNERS_MAX + 2)] = ()
+    """That path between the two, from the robot's own place to the other's, ends included."""
 
 
 class Report(Struct, frozen=True, kw_only=True, tag="report"):

@@ -23,10 +23,15 @@ def at(x_m: float, y_m: float) -> Pose:
     return Pose(x_m=x_m, y_m=y_m, heading_rad=0.0)
 
 
+def way(*places: tuple[float, float]) -> tuple[Point, ...]:
+    return tuple(Point(x_m=x_m, y_m=y_m) for x_m, y_m in places)
+
+
 def plan(corners: int) -> Plan:
     """A zigzag of so many corners between robots 2 and 1; robot 3 is the tail."""
-    legs = {2: tuple(Point(x_m=2.0 + 0.5 * n, y_m=float(n % 2)) for n in range(corners))}
+    zigzag = (Point(x_m=2.0 + 0.5 * n, y_m=float(n % 2)) for n in range(corners))
     places = {1: at(3.0 + 0.5 * corners, 0.0), 2: at(1.0, 0.0), 3: at(0.0, 0.0)}
+    legs = {2: (Point(x_m=1.0, y_m=0.0), *zigzag, Point(x_m=places[1].x_m, y_m=0.0))}
     path, places_m = lay_path(ORDER, places, legs)
     return Plan(
         epoch=EPOCH,
@@ -49,9 +54,38 @@ SHORT = plan(0)
 
 def test_the_path_leads_through_all_places_tail_first_and_over_the_corners_of_driven_legs() -> None:
     places = {1: at(2.0, 2.0), 2: at(0.0, 0.0), 3: at(-1.0, 0.0)}
-    path, places_m = lay_path(ORDER, places, {2: (Point(x_m=2.0, y_m=0.0),)})
+    path, places_m = lay_path(ORDER, places, {2: way((0.0, 0.0), (2.0, 0.0), (2.0, 2.0))})
     assert places_m == pytest.approx({3: 0.0, 2: 1.0, 1: 5.0})
     assert [(vertex.x_m, vertex.y_m) for vertex in path] == [(-1.0, 0.0), (2.0, 0.0), (2.0, 2.0)]
+
+
+@pytest.mark.parametrize(
+    ("legs", "corners", "places_m"),
+    [
+        # Both legs were driven: it is the path that it was.
+        (
+            {2: way((1.0, 0.0), (2.0, 0.0)), 3: way((0.0, 0.0), (1.0, 0.0))},
+            [(0.0, 0.0), (2.0, 0.0)],
+            {3: 0.0, 2: 1.0, 1: 2.0},
+        ),
+        # Another leg begins or ends where the driven one does.
+        ({2: way((1.0, 0.0), (2.0, 0.0))}, [(0.0, 0.1), (1.0, 0.0), (2.0, 0.0)], {2: 1.005, 1: 2.005}),
+        ({3: way((0.0, 0.0), (1.0, 0.0))}, [(0.0, 0.0), (1.0, 0.0), (2.0, 0.1)], {2: 1.0, 1: 2.005}),
+        # Paths of two epochs: it leads from the one to the other.
+        (
+            {2: way((1.0, 0.2), (2.0, 0.2)), 3: way((0.0, 0.0), (1.0, 0.0))},
+            [(0.0, 0.0), (1.0, 0.0), (1.0, 0.2), (2.0, 0.2)],
+            {3: 0.0, 2: 1.2, 1: 2.2},
+        ),
+    ],
+)
+def test_driven_legs_are_laid_where_they_were_and_not_through_bodies_that_stand_beside_them(
+    legs: dict[int, tuple[Point, ...]], corners: list[tuple[float, float]], places_m: dict[int, float]
+) -> None:
+    places = {1: at(2.0, 0.1), 2: at(1.0, 0.1), 3: at(0.0, 0.1)}
+    path, laid_m = lay_path(ORDER, places, legs)
+    assert [(vertex.x_m, vertex.y_m) for vertex in path] == corners
+    assert laid_m == pytest.approx({3: 0.0} | places_m, abs=1e-3)
 
 
 @pytest.mark.parametrize("robot", ORDER)

@@ -10,6 +10,7 @@ from protocol.frames import Point, Pose
 
 LEAST_M = 0.25
 CORNER = Point(x_m=2.0, y_m=0.0)
+HERE, THERE = Point(x_m=0.0, y_m=0.0), Point(x_m=2.0, y_m=2.0)
 halves = st.integers(-6, 6).map(lambda half: half / 2.0)
 poses = st.builds(Pose, x_m=halves, y_m=halves, heading_rad=st.just(0.0))
 
@@ -23,7 +24,7 @@ HAIRPIN = {4: at(0.0, 0.0), 3: at(1.0, 0.0), 2: at(1.0, 0.2), 1: at(0.0, 0.2)}
 
 def test_the_way_of_a_strand_leads_over_the_corners_of_its_legs() -> None:
     places = {1: at(2.0, 2.0), 2: at(0.0, 0.0), 3: at(-1.0, 0.0)}
-    line, leg = line_of(places, (1, 2, 3), {2: (CORNER,)})
+    line, leg = line_of(places, (1, 2, 3), {2: (HERE, CORNER, THERE)})
     assert np.array_equal(line, [(2.0, 2.0), (2.0, 0.0), (0.0, 0.0), (-1.0, 0.0)])
     assert leg.tolist() == [0, 0, 1]
 
@@ -38,7 +39,7 @@ def test_a_hairpin_folds_back_and_a_queue_does_not() -> None:
 def test_a_corner_can_make_a_strand_fold_back_that_is_straight_without_it() -> None:
     places = {1: at(2.0, 0.0), 2: at(1.0, 0.0), 3: at(0.0, 0.0)}
     assert not folds_back(places, (1, 2, 3), {}, least_m=LEAST_M)
-    assert folds_back(places, (1, 2, 3), {3: (Point(x_m=2.0, y_m=0.1),)}, least_m=LEAST_M)
+    assert folds_back(places, (1, 2, 3), {3: (HERE, Point(x_m=2.0, y_m=0.1), THERE)}, least_m=LEAST_M)
 
 
 @pytest.mark.parametrize("order", [(), (1,)])

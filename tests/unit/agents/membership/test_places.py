@@ -8,7 +8,8 @@ from protocol.frames import Point, Pose
 from protocol.path import Path
 from protocol.wire.view import FORMERS_MAX, LEG_CORNERS_MAX, Former
 
-CORNER = Point(x_m=2.0, y_m=0.0)
+CORNER, AHEAD = Point(x_m=2.0, y_m=0.0), Point(x_m=2.0, y_m=1.0)
+LEG = (Point(x_m=0.5, y_m=0.0), CORNER, AHEAD)
 EPOCH = Epoch(generation=3, robot=1, life=7)
 BEFORE = Epoch(generation=2, robot=2, life=8)
 
@@ -36,7 +37,18 @@ def ahead_at(
 ) -> tuple[Former, ...]:
     from_m = s_m if leg_from_m is None else leg_from_m
     corners = tuple(vertex for vertex in bend() if from_m < vertex.s_m < s_m)
-    return (Former(epoch=epoch, rank=rank, s_m=s_m, leg_from_m=leg_from_m, corners=corners, draft=draft),)
+    place = bend().at(s_m)
+    former = Former(
+        epoch=epoch, rank=rank, s_m=s_m, at=place, leg_from_m=leg_from_m, corners=corners, draft=draft
+    )
+    return (former,)
+
+
+def leg_of(
+    places: Places, ahead: tuple[Former, ...], stands: Pose, ahead_stands: Pose | None = None
+) -> tuple[Point, ...] | None:
+    """The leg to a robot ahead that stands on its path, or there."""
+    return places.leg_to(ahead, stands, ahead_stands or at(2.0, 1.0), off_m_max=0.02)
 
 
 # --- where it stands --------------------------------------------------------------------------------
@@ -96,16 +108,27 @@ def test_a_way_with_more_corners_than_can_be_told_is_not_told(corners: int, told
 
 def test_a_leg_is_driven_if_both_stand_on_one_path_one_behind_the_other() -> None:
     places = Places((left_at(0.5),))
-    assert places.leg_to(ahead_at(3.0), at(0.5, 0.0)) == (CORNER,)
+    assert leg_of(places, ahead_at(3.0), at(0.5, 0.0)) == LEG
 
 
 def test_a_robot_that_was_cut_off_learns_the_way_from_the_robot_that_has_driven_it() -> None:
     known = Path([Point(x_m=0.0, y_m=0.0), Point(x_m=1.0, y_m=0.0)])
-    assert Places((left_at(0.5, path=known),)).leg_to(ahead_at(3.0), at(0.5, 0.0)) == (CORNER,)
+    assert leg_of(Places((left_at(0.5, path=known),)), ahead_at(3.0), at(0.5, 0.0)) == LEG
+
+
+def test_a_leg_is_laid_where_it_was_and_not_from_where_bodies_stand_beside_it() -> None:
+    places = Places((left_at(0.5),))
+    assert leg_of(places, ahead_at(3.0), at(0.5, -0.01), at(2.01, 1.0)) == LEG
+
+
+def test_a_robot_that_stands_off_its_place_by_more_than_drives_are_off_is_where_it_stands() -> None:
+    # As after a restart of the world, which may put a body back to where it was a moment before.
+    way = leg_of(Places((left_at(0.5),)), ahead_at(3.0), at(0.45, 0.0), at(2.0, 0.95))
+    assert way == (Point(x_m=0.45, y_m=0.0), CORNER, Point(x_m=2.0, y_m=0.95))
 
 
 def test_corners_that_the_robot_behind_has_passed_are_not_in_its_leg() -> None:
-    assert Places((left_at(2.5),)).leg_to(ahead_at(3.0), at(2.0, 0.5)) == ()
+    assert leg_of(Places((left_at(2.5),)), ahead_at(3.0), at(2.0, 0.5)) == (Point(x_m=2.0, y_m=0.5), AHEAD)
 
 
 @pytest.mark.parametrize(
@@ -124,12 +147,12 @@ def test_corners_that_the_robot_behind_has_passed_are_not_in_its_leg() -> None:
 def test_v23_a_leg_between_places_of_two_epochs_or_that_is_not_known_was_not_driven(
     ahead: tuple[Former, ...],
 ) -> None:
-    assert Places((left_at(0.5),)).leg_to(ahead, at(0.5, 0.0)) is None
+    assert leg_of(Places((left_at(0.5),)), ahead, at(0.5, 0.0)) is None
 
 
 def test_a_leg_of_an_earlier_strand_counts_for_robots_that_have_not_moved_since() -> None:
     places = Places((left_at(0.5, epoch=BEFORE),)).with_berth(left_at(0.5), moved=False)
-    assert places.leg_to(ahead_at(3.0, epoch=BEFORE), at(0.5, 0.0)) == (CORNER,)
+    assert leg_of(places, ahead_at(3.0, epoch=BEFORE), at(0.5, 0.0)) == LEG
 
 
 # --- which places it has ------------------------------------------------------------------------------

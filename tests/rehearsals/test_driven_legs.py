@@ -1,0 +1,82 @@
+"""Drive errors do not add up over views: driven legs are laid where they were (docs/strand.md)."""
+
+from pathlib import Path
+from unittest.mock import Mock
+
+import numpy as np
+import pytest
+
+from clew.rehearsal.rehearsal import Rehearsal
+from protocol.faults.plan import Plan
+from protocol.faults.rules import Restart
+from protocol.keys import WORLD
+from world.bodies import arena
+from world.chance import stream
+from world.judge.ending import Ending
+from world.judge.judgement import judge
+from world.scenario.scenario import load
+
+ROBOTS, LEG_M = 11, 0.98
+HEADING_ERROR_RAD, RANGE_M = 0.01, 1.0
+ALONG_THE_BOUNDS = f"""
+name = "along-the-bounds"
+[fleet]
+robots = {ROBOTS}
+robot_radius_m = 0.1
+separation_m = 0.05
+link_length_m_max = 2.0
+places = {[[-LEG_M * rank, 0.0, 1.0] for rank in range(ROBOTS)]}
+[law]
+epsilon_m = 0.1
+mu0_m = 0.042
+[goal]
+at_m = [12.0, 0.0]
+tolerance_m = 0.1
+[bounds]
+x_m_min = -20.0
+y_m_min = -0.1421
+x_m_max = 20.0
+y_m_max = 3.0
+[sensor]
+directions = 360
+range_m_max = {RANGE_M}
+[drive]
+speed_mps = 0.3
+speed_mps_min = 0.05
+speed_mps_max = 1.0
+turn_rate_radps = 50.0
+heading_error_rad = {HEADING_ERROR_RAD}
+[time]
+time_s_max = 120.0
+"""
+
+
+def errors(seed: int, purpose: str) -> np.random.Generator:
+    """As drawn, but for an adversary's drives: each heading is as far off to the right as it may be."""
+    drawn = stream(seed, purpose)
+    if not purpose.startswith("drive/"):
+        return drawn
+    rightmost = Mock(spec=drawn)
+    rightmost.uniform.side_effect = lambda low, _high: low
+    return rightmost
+
+
+def test_drive_errors_do_not_add_up_from_view_to_view(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In each view the next robot has just come to where the first one stood at the start."""
+    monkeypatch.setattr(arena, "stream", errors)
+    (path := tmp_path / "along-the-bounds.toml").write_text(ALONG_THE_BOUNDS)
+    scenario = load(str(path))
+    rehearsal, comes, lowest_m = Rehearsal(scenario, 1), 2, 0.0
+    for now_s in rehearsal.ticks():
+        places = rehearsal.world.bodies.places
+        lowest_m = min(lowest_m, *(y_m for _, y_m in places))
+        if comes <= ROBOTS and places[comes - 1][0] >= -0.004:
+            comes += 1
+            rule = Restart(name=f"view-{comes}", from_s=now_s, target=WORLD)
+            rehearsal.turn_to(Plan(name="views", rules=(rule,)))
+    assert comes > ROBOTS
+    assert judge(scenario, rehearsal.entries).breaches == ()
+    assert -lowest_m <= HEADING_ERROR_RAD * RANGE_M, "what one drive may be off"
+    assert rehearsal.world.ending is Ending.ARRIVED
