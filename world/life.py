@@ -43,6 +43,7 @@ from world.events import (
     TokenWent,
 )
 from world.faults import RunFaults
+from world.geometry.rays import NearDiscs
 from world.judge.books import Account
 from world.judge.verdict import Verdict
 from world.pace import Pace
@@ -146,7 +147,7 @@ class Life:
         """Where the bodies are (n, 2) [world frame]."""
         return self._world.bodies.place_m
 
-    def share_ground(self, others: Callable[[], Floats]) -> None:
+    def share_ground(self, others: NearDiscs) -> None:
         """See the hulls of other fleets, too."""
         self._world.arena.share_ground(others)
 

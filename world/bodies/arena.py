@@ -9,12 +9,11 @@ Rule 5: odometry of a body is numbered. A resumed world continues above every nu
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
 
-from protocol.arrays import Floats
 from protocol.fence import Change, Fence, May
 from protocol.frames import Pose
 from protocol.timeline import (
@@ -36,6 +35,7 @@ from world.bodies.sensor import Sensor
 from world.chance import stream
 from world.commands import Note
 from world.geometry.clearance import clearance
+from world.geometry.rays import NearDiscs
 from world.judge.monitor import Monitor
 from world.record.resume import QUIET_S, BodyPast, Past
 from world.scenario.scenario import Scenario
@@ -99,8 +99,8 @@ class Arena:
         """For how long every body has stood."""
         return 0.0 if self.bodies.any_moves else self.now_s - self.moved_s
 
-    def share_ground(self, others: Callable[[], Floats]) -> None:
-        """Share the ground with other fleets: their hulls now, x, y, radius (k, 3) [world frame]."""
+    def share_ground(self, others: NearDiscs) -> None:
+        """See the hulls of other fleets, too."""
         self._sensor.share_ground(others)
 
     def note(self, record: Record) -> Note:

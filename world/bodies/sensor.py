@@ -1,6 +1,6 @@
 """The range sensor of every body; it is read only when its robot asks."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from protocol.arrays import Floats, scan_bearings_rad
 from protocol.fence import Fence
 from protocol.frames import Pose
 from protocol.wire.messages import RAYS_MAX, Scan
-from world.geometry.rays import cast, noisy
+from world.geometry.rays import NearDiscs, cast, noisy
 from world.scenario.scenario import Scenario
 
 
@@ -25,10 +25,10 @@ class Sensor:
         self._sigma_m = scenario.sensor.range_sigma_m
         self._error_m_max = scenario.range_error_m_max
         self._range_m_max = scenario.range_m_used
-        self._others: Callable[[], Floats] | None = None
+        self._others: NearDiscs | None = None
 
-    def share_ground(self, others: Callable[[], Floats]) -> None:
-        """See the hulls of other fleets, too: x, y, radius (k, 3) [world frame], as they are now."""
+    def share_ground(self, others: NearDiscs) -> None:
+        """See the hulls of other fleets, too."""
         self._others = others
 
     def read(
@@ -38,12 +38,14 @@ class Sensor:
         rays = self.directions * max(1, min(revolutions, RAYS_MAX // self.directions))
         others_m = np.delete(places_m, body, axis=0)
         discs = np.column_stack((others_m, np.full(len(others_m), self._radius_m)))
+        if self._others is not None:
+            discs = np.vstack((discs, self._others(places_m[body], self._range_m_max)))
         ranges_m = cast(
             self._movers.among(self._ground, now_s),
             places_m[body],
             scan_bearings_rad(rays),
             range_m_max=self._range_m_max,
-            discs=discs if self._others is None else np.vstack((discs, self._others())),
+            discs=discs,
         )
         ranges_m = noisy(
             ranges_m,

@@ -1,14 +1,18 @@
 """Exact ray casting at obstacles and bodies [m, rad; world frame]."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.random import Generator
 
-from protocol.arrays import Floats, Indices
+from protocol.arrays import Flags, Floats, Indices
 from world.geometry.ellipses import unit_vectors
 from world.geometry.rings import winding
 from world.geometry.shapes import Ground
+
+NearDiscs = Callable[[Floats, float], Floats]
+"""The discs, x, y, radius (k, 3), that reach so near to a place (2,) at this instant."""
 
 TOUCHING_M = 1e-9  # nearer than this to a rim counts as on it: rounding of metres
 GRAZING_RAD = 1e-6  # above the rounding error of an arc sine near 1: the square root of a double's last bit
@@ -44,6 +48,15 @@ def cast(
     return np.minimum(ranges_m, range_m_max)
 
 
+def are_near(discs: Floats, place_m: Floats, within_m: float) -> Flags:
+    """Which discs, x, y, radius (k, 3), reach so near to a place (2,); no ray of this range hits another."""
+    return _reaches(place_m - discs[:, :2], discs[:, 2], within_m)
+
+
+def _reaches(offsets: Floats, radii_m: Floats, range_m_max: float) -> Flags:
+    return np.asarray(np.hypot(offsets[:, 0], offsets[:, 1]) - radii_m <= range_m_max)
+
+
 def _cast_at_ellipses(
     ellipses: Floats,
     origin: Floats,
@@ -54,7 +67,7 @@ def _cast_at_ellipses(
     range_m_max: float,
 ) -> Floats:
     offsets, radii_m = origin - ellipses[:, :2], ellipses[:, 2:4].max(axis=1, initial=0.0)
-    near = np.hypot(offsets[:, 0], offsets[:, 1]) - radii_m <= range_m_max
+    near = _reaches(offsets, radii_m, range_m_max)
     rows, offsets = ellipses[near], offsets[near]
     each, ray = _in_sight(-offsets, radii_m[near], bearings_rad)
     # The unit frame is a linear map of the world frame, so lengths along a ray are metres in both.

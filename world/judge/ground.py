@@ -3,11 +3,13 @@
 Rule 1: all bodies move in the same instant: until the last has its new place, all see the old ones.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import accumulate
 
 import numpy as np
 
 from protocol.arrays import Floats
+from world.geometry.rays import NearDiscs, are_near
 from world.judge.between import Between, Encounter
 from world.scenario.scenario import Scenario
 
@@ -19,22 +21,31 @@ class Ground:
         fleets = {name: each.fleet for name, each in scenarios.items()}
         self.between = Between({name: (each.robots, each.robot_radius_m) for name, each in fleets.items()})
         """What has come between the fleets."""
-        self._hulls = {
-            name: np.array([(pose.x_m, pose.y_m, each.robot_radius_m) for pose in each.poses()])
-            for name, each in fleets.items()
-        }
-        self.between.watch(self._places_m(), self._places_m(), t_s=0.0)
+        self._rows = dict(zip(fleets, _rows([each.robots for each in fleets.values()]), strict=True))
+        """The bodies of each fleet among all."""
+        self._hulls: Floats = np.array(
+            [(pose.x_m, pose.y_m, each.robot_radius_m) for each in fleets.values() for pose in each.poses()]
+        )
+        self.between.watch(self._hulls[:, :2], self._hulls[:, :2], t_s=0.0)
 
-    def others_of(self, fleet: str) -> Callable[[], Floats]:
-        """What shows the hulls of the other fleets, x, y, radius (k, 3) [world frame], at this instant."""
-        return lambda: np.concatenate([hulls for name, hulls in self._hulls.items() if name != fleet])
+    def others_of(self, fleet: str) -> NearDiscs:
+        """What shows the hulls of the other fleets at this instant."""
+        rows = self._rows[fleet]
+
+        def others(place_m: Floats, within_m: float) -> Floats:
+            hulls = np.concatenate((self._hulls[: rows.start], self._hulls[rows.stop :]))
+            return hulls[are_near(hulls, place_m, within_m)]
+
+        return others
 
     def move(self, places_m: Mapping[str, Floats], *, t_s: float) -> list[Encounter]:
         """Put all bodies to their places at the end of a tick; returns new contacts."""
-        before_m = self._places_m()
-        for name, hulls in self._hulls.items():
-            self._hulls[name] = np.column_stack((places_m[name], hulls[:, 2]))
-        return self.between.watch(before_m, self._places_m(), t_s=t_s)
+        before_m = self._hulls[:, :2]
+        after_m = np.concatenate([places_m[fleet] for fleet in self._rows])
+        self._hulls = np.column_stack((after_m, self._hulls[:, 2]))
+        return self.between.watch(before_m, after_m, t_s=t_s)
 
-    def _places_m(self) -> Floats:
-        return np.concatenate([hulls[:, :2] for hulls in self._hulls.values()])
+
+def _rows(robots: Sequence[int]) -> Iterator[slice]:
+    """The bodies of each fleet, which stand one behind the other."""
+    return (slice(end - each, end) for each, end in zip(robots, accumulate(robots), strict=True))

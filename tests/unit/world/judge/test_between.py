@@ -85,3 +85,31 @@ def test_leaving_out_far_pairs_changes_nothing_and_the_second_judge_agrees(seed:
     second = judge_between(runs)
     assert second[0].distance_m == pytest.approx(least_m, abs=1e-9)
     assert sum(each.distance_m <= 0.0 for each in second) == len(found.contacts)
+
+
+MANY = {f"f{row}": (3, RADIUS_M) for row in range(6)}
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_to_compare_only_pairs_that_were_near_lately_finds_what_a_look_at_all_pairs_finds(seed: int) -> None:
+    """On ground far larger than the look ahead, and for longer than one look ahead lasts."""
+    random = np.random.default_rng(seed)
+    headings = random.uniform(-math.pi, math.pi, (1, 18, 1)) + 0.05 * random.standard_normal(
+        (150, 18, 1)
+    ).cumsum(0)
+    steps_m = (
+        0.1 * random.uniform(0.0, 1.0, (1, 18, 1)) * np.concatenate([np.cos(headings), np.sin(headings)], -1)
+    )
+    starts_m = random.uniform(-6.0, 6.0, (1, 18, 2))
+    ways_m = np.concatenate([starts_m, starts_m + steps_m.cumsum(axis=0)])
+    kept, least_m, contacts = Between(MANY), math.inf, set[tuple[str, int, str, int]]()
+    for starts, ends in pairwise(ways_m):
+        kept.watch(starts, ends, t_s=0.0)
+        fresh = Between(MANY)
+        fresh.watch(starts, ends, t_s=0.0)
+        assert fresh.least is not None
+        least_m = min(least_m, fresh.least.distance_m)
+        contacts |= {(each.fleet, each.robot, each.other_fleet, each.other) for each in fresh.contacts}
+        assert kept.least is not None
+        assert kept.least.distance_m == least_m
+    assert {(each.fleet, each.robot, each.other_fleet, each.other) for each in kept.contacts} == contacts
