@@ -6,6 +6,7 @@ import os
 import resource
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from protocol.errors import SessionLostError, UsageError
@@ -20,6 +21,7 @@ from world.life import Request
 from world.record.recorder import RecordingFailedError
 from world.record.run_files import read_scenario, save_verdict
 from world.scenario.fleets import load_fleets
+from world.scenario.scenario import Scenario
 from world.shell import run
 
 STDIN = 0
@@ -49,32 +51,38 @@ def main() -> int:
 
 
 def _run_one(arguments: argparse.Namespace, private: Path, session: Session) -> Verdict:
-    return run([_request(arguments, arguments.run, private, session)])[0]
+    scenario = read_scenario(arguments.run)
+    return run([_request(arguments, arguments.run, private, session, scenario)])[0]
 
 
 def _run_all(arguments: argparse.Namespace, sessions: Sequence[tuple[Path, Session]]) -> TogetherVerdict:
     """Run several fleets on one ground."""
     folder = arguments.run
     check_is_run(folder)
+    shared = load_fleets(str(folder / SCENARIO_FILE))
+    # Each fleet's folder has its scenario, too. To read 200, each with the obstacles of all, takes 3 s.
+    scenarios = shared.scenarios()
     requests = {
-        session.fleet: _request(arguments, folder / session.fleet, private, session, fleet=session.fleet)
+        session.fleet: replace(
+            _request(arguments, folder / session.fleet, private, session, scenarios[session.fleet]),
+            fleet=session.fleet,
+        )
         for private, session in sessions
     }
     ground = Ground({name: each.scenario for name, each in requests.items()})
     verdicts = dict(zip(requests, run(list(requests.values()), ground), strict=True))
-    name, seed = load_fleets(str(folder / SCENARIO_FILE)).name, read_settings(folder).seed
-    verdict = pass_together(name, seed, verdicts, ground.between)
+    verdict = pass_together(shared.name, read_settings(folder).seed, verdicts, ground.between)
     save_verdict(verdict, folder)
     return verdict
 
 
 def _request(
-    arguments: argparse.Namespace, folder: Path, private: Path, session: Session, *, fleet: str = ""
+    arguments: argparse.Namespace, folder: Path, private: Path, session: Session, scenario: Scenario
 ) -> Request:
     check_is_run(folder)
     settings = read_settings(folder)
     return Request(
-        scenario=read_scenario(folder),
+        scenario=scenario,
         session=session,
         out=folder,
         seed=settings.seed,
@@ -84,7 +92,6 @@ def _request(
         plan=read_plan(folder),
         private=private,
         resume=arguments.resume,
-        fleet=fleet,
     )
 
 

@@ -70,9 +70,13 @@ RETURN_WALL_S = 1.0
 class World:
     """One run."""
 
-    def __init__(self, scenario: Scenario, *, seed: int, wall_s: float, past: Past | None = None) -> None:
+    def __init__(
+        self, scenario: Scenario, *, seed: int, wall_s: float, past: Past | None = None, in_all: int = 0
+    ) -> None:
         """Start a run, or resume one from its timeline `past`: then call `resume` first."""
         robots = range(1, scenario.fleet.robots + 1)
+        self.robots_in_all = max(in_all, len(robots))
+        """How many robots share the machine: those of other fleets are as slow to come and to answer."""
         self.scenario = scenario
         self.arena = Arena(scenario, seed=seed, life=0 if past is None else past.life)
         self._past = past
@@ -228,7 +232,7 @@ class World:
             case Phase.RUNNING if not self._started:
                 if not self.attendance.missing:
                     return self._start(wall_s)
-                patience_s = start_wall_s(len(self.attendance.robots))
+                patience_s = start_wall_s(self.robots_in_all)
                 return self._end(Ending.MISSING, wall_s) if waited_s >= patience_s else []
             case Phase.RUNNING:
                 return self._look_after_robots(wall_s)

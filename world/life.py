@@ -106,15 +106,15 @@ class Life:
         self._transport = FaultyTransport(
             transport, conditions, self._keys, WORLD, lambda fault: self._note(self._world.now_s, fault)
         )
-        self._faults = faults
-        self._recorder = recorder
-        self._readback = readback
+        self._faults, self._recorder, self._readback = faults, recorder, readback
         self._check_wall_s = 0.0
         """When the run's folder is checked next."""
         self._mission = request.scenario.mission()
-        self._started_wall_s = self._over_wall_s = time.monotonic()
+        self._started_wall_s = self._over_wall_s = now_s = time.monotonic()
         self._past, self._started_at = past, started_at
-        self._world = World(request.scenario, seed=request.seed, wall_s=self._started_wall_s, past=past)
+        self._world = World(
+            request.scenario, seed=request.seed, wall_s=now_s, past=past, in_all=request.session.robots
+        )
         self._pace = Pace(request.speed, self._is_held_up, 0.0 if request.held else math.inf)
 
     def begin(self) -> None:

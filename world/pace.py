@@ -28,11 +28,11 @@ HELD_S_MAX = 60.0  # wall: a test on a loaded machine was seen to pause for some
 HELD_GLANCE_S = 0.01  # wall: a held run is asked every 0.02 s
 LATE_MS_MAX = 60_000  # bounds what is kept; no tick that anybody waits for is later
 REPEAT_S = 0.5  # wall: a machine that is late already is not to be given more work
-REPEAT_S_PER_ROBOT = 0.004  # so long do all robots of a large fleet take to answer on such a machine
+REPEAT_S_PER_ROBOT = 0.004  # so long do many robots take to answer on such a machine
 
 
 def repeat_s(robots: int) -> float:
-    """After how long odometry is sent again to robots that are late [wall s]."""
+    """After how long odometry is sent again to those that are late of so many robots [wall s]."""
     return max(REPEAT_S, REPEAT_S_PER_ROBOT * robots)
 
 
@@ -85,7 +85,7 @@ class Pace:
 
     def take_reminder(self, world: World, *, wall_s: float) -> set[int]:
         """The robots to which odometry is to be sent again; naming them restarts the period."""
-        period_s = REMIND_S if self._in_lock_step(world) else repeat_s(world.scenario.fleet.robots)
+        period_s = REMIND_S if self._in_lock_step(world) else repeat_s(world.robots_in_all)
         if wall_s - self._told_wall_s < period_s or world.ending is not None:
             return set()
         late = world.awaited if self._in_lock_step(world) else world.held_up(self.is_excused, wall_s=wall_s)

@@ -30,6 +30,7 @@ from agents.events import (
     ViewHeard,
 )
 from agents.process.addresses import ALL_ALIVE
+from agents.process.asking import mission_times_s
 from agents.process.failure import failed
 from agents.process.journal import Given, Head, Journal, decided, open_journal
 from agents.process.points import is_plan
@@ -64,8 +65,6 @@ from protocol.wire.view import Answer, Formation, Plea, Report
 
 TURN_S = 0.1  # wall: the period of the outbox when nothing arrives
 TURN_S_PER_ROBOT = 0.001  # a thousand robots that wait cost as much as a hundred
-MISSION_RETRY_S = 0.3  # wall
-MISSION_PATIENCE_S = 60.0  # wall: no robot gives up before the world does that starts beside it
 WORLD_SILENCE_S = 60.0  # wall: docs/run.md; longer than any partition that a fleet must survive
 LOOK_S_MAX = 1.0  # wall: a longer pause than ten turns is our own, not the world's silence
 FAULT_PATIENCE_S = 5.0  # wall: after this, a fault is injected even if it is not recorded
@@ -151,6 +150,8 @@ class Shell:
         self._world_silent_s = 0.0
         self._patience_s = WORLD_SILENCE_S
         self._lateness = Lateness()
+        self._robots = session.robots
+        """How many robots share the machine with this one."""
         self._turn_s = max(TURN_S, TURN_S_PER_ROBOT * session.robots)
         self._kept: list[Arrival] = []  # arrived, and not handled by the robot yet
         self._watched: frozenset[int] | None = None
@@ -163,17 +164,19 @@ class Shell:
         # First of all: faults of the answer are recorded, but a log detects a new life by its first entry.
         self._note(RobotStarted(pid=os.getpid(), incarnation=self._incarnation))
         mission: Mission | None = None
-        for _ in range(round(MISSION_PATIENCE_S / MISSION_RETRY_S)):
+        retry_s, patience_s = mission_times_s(self._robots)
+        until_s = time.monotonic() + patience_s
+        while time.monotonic() < until_s:
             self._transport.ask(self._keys.mission(), Ask())
             # Keep everything: tokens may arrive with the mission, and they are not sent again.
-            for arrival in await self._transport.arrivals(MISSION_RETRY_S):
+            for arrival in await self._transport.arrivals(retry_s):
                 match arrival:
                     case Heard(key, message=Mission() as told) if key == self._keys.mission():
                         mission = told
                     case _:
                         self._kept.append(arrival)
             if mission is not None:
-                self._patience_s = WORLD_SILENCE_S + start_wall_s(mission.robots)
+                self._patience_s = WORLD_SILENCE_S + start_wall_s(self._robots)
                 return mission
         return None
 

@@ -11,6 +11,7 @@ import msgspec
 
 from clew.bench.progress import Progress, Together
 from clew.fleet.live import Ended, Launched
+from clew.fleet.supervision.limits import limits_of
 from protocol.faults.manual_faults import WHERE_FILE
 from protocol.files.toml_text import toml_text
 from protocol.network.session import UNIX_SOCKET, unix_socket_endpoint
@@ -47,7 +48,10 @@ class LiveFleet:
         self.began_s = time.time()
         """When its launcher was started [s since 1970]."""
         command = [sys.executable, "-m", "clew.cli", "run", str(path), "--out", str(self.out), "--quiet"]
-        self._launched = Launched([*command, "--speed", str(speed), "--seed", str(SEED)])
+        promised = limits_of(self.robots, fleets=len(fleets), is_resumable=False)
+        self._launched = Launched(
+            [*command, "--speed", str(speed), "--seed", str(SEED)], end_s_max=2.0 * promised.all_s
+        )
 
     @property
     def start_s_max(self) -> float:

@@ -46,10 +46,14 @@ class Launched:
     """A launcher that was started, with all that it starts."""
 
     def __init__(
-        self, command: Sequence[str | Path], environment: Mapping[str, str] = MappingProxyType({})
+        self,
+        command: Sequence[str | Path],
+        environment: Mapping[str, str] = MappingProxyType({}),
+        *,
+        end_s_max: float = END_S_MAX,
     ) -> None:
-        """Start it; `environment` adds to ours."""
-        self._since_s = time.monotonic()
+        """Start it; `environment` adds to ours, and it is killed so long after it was told to end."""
+        self._since_s, self._end_s_max = time.monotonic(), end_s_max
         self._ended: Ended | None = None
         with contextlib.ExitStack() as stack:
             self._stderr = stack.enter_context(tempfile.TemporaryFile())
@@ -82,7 +86,7 @@ class Launched:
     def end(self) -> Ended:
         """End it if it still runs; kills what it has left behind."""
         if self._ended is None:
-            code = _end(self._launcher)
+            code = _end(self._launcher, self._end_s_max)
             wall_s = self.wall_s
             leftovers = left_behind(self._temporary)
             self._stderr.seek(0)
@@ -133,10 +137,10 @@ def _has_ended(launcher: subprocess.Popen[bytes], within_s: float) -> bool:
     return True
 
 
-def _end(launcher: subprocess.Popen[bytes]) -> int | None:
+def _end(launcher: subprocess.Popen[bytes], within_s: float) -> int | None:
     """End the launcher if it still runs; returns its exit code, or None if it had to be killed."""
     launcher.terminate()
-    if _has_ended(launcher, END_S_MAX):
+    if _has_ended(launcher, within_s):
         return launcher.returncode
     launcher.kill()
     launcher.wait()

@@ -110,7 +110,7 @@ class _Shell:
         self._run, self._output = run, output
         plan = Plan(routers=run.own_routers, view=run.view, table=run.shows is Shows.TABLE)
         # A world of several fleets is not started again: their clocks would go on from different times.
-        usual = limits_of(run.robots, is_resumable=not run.fleets)
+        usual = limits_of(run.robots, fleets=len(run.fleets), is_resumable=not run.fleets)
         self._supervisor = Supervisor(plan, limits or usual)
         self._judged = False
         self._events: deque[Event] = deque()

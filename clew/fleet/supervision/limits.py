@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 
+AS_ROBOTS = 5  # of 200 fleets at load 120, the world judged ten in a second, 5 s after it was asked
 FLEET = 200  # robots: a fleet of so many ends in the times below on two cores; of 1000, the world took 7 s
 
 
@@ -42,14 +43,15 @@ class Limits:
         return self.all_s - self.others_s - self.killed_s
 
 
-def limits_of(robots: int, *, is_resumable: bool) -> Limits:
+def limits_of(robots: int, *, fleets: int = 0, is_resumable: bool) -> Limits:
     """The limits of a run: a large fleet needs more time to end, since its processes share the cores.
 
     Args:
         robots: how many there are.
+        fleets: how many they are, where there are several: the world judges one after the other.
         is_resumable: whether its world can be started again.
     """
-    longer, usual = max(1.0, robots / FLEET), Limits()
+    longer, usual = max(1.0, (robots + AS_ROBOTS * fleets) / FLEET), Limits()
     return replace(
         usual,
         grace_s=longer * usual.grace_s,

@@ -54,9 +54,9 @@ def formed(
 class Stage:
     """Plays the shell: writes the world's notes, keeps its messages. Wall time stands unless moved."""
 
-    def __init__(self, scenario: Scenario, *, seed: int = 1) -> None:
+    def __init__(self, scenario: Scenario, *, seed: int = 1, in_all: int = 0) -> None:
         self.wall_s = 0.0
-        self.world = World(scenario, seed=seed, wall_s=self.wall_s)
+        self.world = World(scenario, seed=seed, wall_s=self.wall_s, in_all=in_all)
         self.lines: list[tuple[str, Entry]] = []
         self.odometry: dict[int, list[Odometry]] = {robot: [] for robot in self.world.attendance.robots}
         self.scans: list[Scan] = []

@@ -64,6 +64,14 @@ def test_a_run_ends_and_names_robots_that_never_come() -> None:
     assert stage.look(after_wall_s=LAST_WORDS_WALL_S) == [RunEnded(reason="not all robots came: r1")]
 
 
+def test_beside_other_fleets_the_robots_of_a_small_one_may_take_as_long_to_come_as_all() -> None:
+    stage = Stage(scenario(), in_all=1000)
+    assert stage.look(after_wall_s=start_wall_s(1000) - 1.0) == []
+    assert stage.at()[2] is None
+    assert stage.look(after_wall_s=1.0) == []
+    assert stage.at()[2] is Ending.MISSING
+
+
 def test_an_order_is_accepted_driven_finished_and_reported_at_once() -> None:
     stage = running()
     accepted = stage.order(1, AHEAD, step=1)

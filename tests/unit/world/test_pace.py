@@ -8,13 +8,13 @@ from world import answers
 from world.answers import SLACK_S
 from world.bodies.arena import ODOMETRY_TICKS, TICK_S
 from world.events import StopAsked, TokenWent
-from world.pace import GLANCE_S, HELD_S_MAX, PATIENCE_S, REMIND_S, REPEAT_S, Pace
+from world.pace import GLANCE_S, HELD_S_MAX, PATIENCE_S, REMIND_S, REPEAT_S, REPEAT_S_PER_ROBOT, Pace
 
 ODOMETRY_S = ODOMETRY_TICKS * TICK_S
 
 
-def running() -> Stage:
-    stage = Stage(scenario())
+def running(in_all: int = 2) -> Stage:
+    stage = Stage(scenario(), in_all=in_all)
     stage.begin()
     return stage
 
@@ -120,6 +120,14 @@ def test_odometry_is_sent_again_to_a_robot_that_is_late_but_seldom() -> None:
     assert pace.take_reminder(stage.world, wall_s=told_s + REPEAT_S) == {2}
     assert pace.take_reminder(stage.world, wall_s=told_s + 1.5 * REPEAT_S) == set()
     assert pace.take_reminder(stage.world, wall_s=told_s + 2 * REPEAT_S) == {2}
+
+
+def test_beside_many_robots_of_other_fleets_it_is_sent_again_no_sooner_than_all_may_answer() -> None:
+    stage, pace = running(in_all=1000), Pace(1.0)
+    answered(stage)
+    run_for(stage, pace, from_wall_s=0.0, for_s=1.0, robots=(1,))
+    assert pace.take_reminder(stage.world, wall_s=stage.wall_s + REPEAT_S) == set()
+    assert pace.take_reminder(stage.world, wall_s=stage.wall_s + 1000 * REPEAT_S_PER_ROBOT) == {2}
 
 
 def test_the_speed_reached_does_not_count_a_stop_on_purpose() -> None:

@@ -153,5 +153,11 @@ def test_a_large_fleet_has_more_time_to_end_in_proportion() -> None:
     assert large.ready_s == Limits().ready_s, "a router's start does not depend on robots"
 
 
+def test_a_world_of_many_fleets_has_time_to_judge_them_one_after_the_other() -> None:
+    alone, many = (limits_of(5 * FLEET, fleets=fleets, is_resumable=False) for fleets in (0, FLEET))
+    assert many.world_s == 2.0 * alone.world_s
+    assert limits_of(12, fleets=4, is_resumable=False).world_s == Limits().world_s
+
+
 def test_a_world_that_cannot_be_resumed_is_not_started_again() -> None:
     assert limits_of(5, is_resumable=False).world_restarts_max == 0
