@@ -4,6 +4,8 @@ Rule 1: each robot may be where it stands, so that much is granted from the star
 Rule 2: a grant only grows, and only when it grows enough to matter.
 Rule 3: a robot behind that was never heard counts as standing at its place in the formation. So a robot that
         hears nobody stops when the strand is stretched (17).
+Rule 4: a leader that robots behind have kept from a turn also grants no ground beside the way that it is
+        likely to go on (`agents.strand.leader`). Liveness.
 """
 
 from agents.commands import Command, Note
@@ -12,10 +14,11 @@ from agents.strand.growth import Growth
 from protocol.mission import Mission
 from protocol.path import THERE_M, Path
 from protocol.timeline import AuthorityGranted
-from protocol.wire.authority import authority_m, claim_m
+from protocol.wire.authority import authority_m, claim_m, free_until_m
 from protocol.wire.link import Link
 from protocol.wire.messages import BehindState
 
+ONWARD_M = 0.05  # a way of guidance is a row of cells, which are at most this wide (`CELL_M_MAX`)
 GRANT_M_MIN = 0.05  # a grant worth a message: a tenth of a second at 0.5 m/s
 
 
@@ -88,7 +91,7 @@ class Grants:
         """Grant the ground that this robot has left (rule 2)."""
         if self._behind is None:
             return []
-        taken = (self.granted_m, progress_m, len(self._path), growth.pending, arrived)
+        taken = (self.granted_m, progress_m, len(self._path), growth.pending, growth.onward, arrived)
         if taken == self._taken:
             return []  # nothing has changed, so no more ground is free
         self._taken = taken
@@ -98,6 +101,9 @@ class Grants:
         if most_m <= self.granted_m + enough_m:
             return []
         free_m = authority_m(growth.planned, from_m=from_m, progress_m=progress_m, keep_m=self.keep_m)
+        if len(growth.onward) > 1 and not arrived:
+            keep_m = self.keep_m + ONWARD_M
+            free_m = min(free_m, free_until_m(self._path, from_m, free_m, growth.onward, keep_m))
         free_m = min(free_m, self._path.end_m)  # the path planned beyond has not been sent yet
         if free_m <= self.granted_m + enough_m:
             return []

@@ -3,13 +3,17 @@
 Rule 1: where no obstacle moves, the path grows by a whole step at once.
 Rule 2: where obstacles move, the leader may have to stop short of a step's end. So the path grows only by
         what has been driven, and ends where the step ends.
+Rule 3: guidance shows a way on from a step's end. It is no part of the path: it only holds grants back
+        (`agents.strand.grants`).
 """
 
 import math
+from collections.abc import Sequence
 
 from protocol.frames import Point
 from protocol.mission import Mission
 from protocol.path import Path
+from protocol.sweep import Place
 
 
 class Growth:
@@ -20,10 +24,13 @@ class Growth:
         self._mission = mission
         self.pending: Point | None = None
         """The end of the current step, while the leader may still stop short of it."""
+        self.onward: Sequence[Place] = ()
+        """The way that the leader is likely to go on (rule 3)."""
         self._step_from = Point(x_m=0.0, y_m=0.0)
 
-    def begin(self, target: Point) -> None:
+    def begin(self, target: Point, onward: Sequence[Place]) -> None:
         """Begin a step of the leader."""
+        self.onward = onward
         if self._mission.obstacles_move:
             self.pending = target
             self._step_from = self._path.at(self._path.end_m)

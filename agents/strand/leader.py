@@ -17,6 +17,9 @@ Rule 6: where obstacles move, a step keeps off all ground that they can reach wh
 Rule 7: where nothing but the strand moves, scans of the same epoch from other places narrow what the closest
         look may have missed. In another epoch bodies may have moved (F6 of docs/strand.md). If no step is
         certified from the only place so far, a short one leads to another place.
+Rule 8: in a sharp turn the way on may come a little nearer than robots keep to ground that is granted, which
+        is never taken back. Then no spot of the map is to blame: the strand turns round, once, and the leader
+        comes again. From then on robots behind leave free the way on that its map shows.
 """
 
 import math
@@ -51,10 +54,12 @@ from protocol.arrays import Flags, Floats, xy
 from protocol.frames import Pose
 from protocol.laws import find
 from protocol.mission import BRIEF_S, Mission
+from protocol.sweep import Place
 from protocol.timeline import StepPlanned
 
 WAY_CELLS = 4000  # longer than any way of which a scan shows a part
 EARLIER_MAX = 8  # scans of other places that are kept: some metres of a narrow way
+ONWARD_KEEPS = 3.0  # so far from where they meet at 20 degrees, two ways are further apart than robots keep
 ROOM_STEPS_MAX = 5  # some steps round a hairpin free no ground behind; steps to and fro never do
 AGAIN_CELLS = 2.0  # cells of the map: within this distance it is the same place
 AGAIN_MAX = 12  # ten steps of `GAIN_M` leave the place; sound leaders plan at most 4 times from one place
@@ -96,6 +101,10 @@ class Leader:
         """Epoch and granted arc length when a step last made room."""
         self._room_steps = 0
         """Steps planned to make room since then."""
+        self.onward: tuple[Place, ...] = ()
+        """The way on from the end of the newest step, which robots behind have to leave free (rule 8)."""
+        self._keeps_way_free = False
+        """Whether robots behind have once kept it from a turn."""
         self._bodies_may_move = False
         self._earlier: tuple[View, ...] = ()
         """The newest scans that it has planned from in that epoch, one a place."""
@@ -145,6 +154,7 @@ class Leader:
             all_stand: whether what was in the way has not gone for a while.
         """
         self._bodies_may_move |= bodies_may_move
+        self.onward = ()
         if self._planned_in != epoch:
             self._planned_in, self._planned_at, self._forgot = epoch, [], False
             self._earlier = ()
@@ -201,6 +211,7 @@ class Leader:
 
         A step after which no more can be granted makes no room. After `ROOM_STEPS_MAX` of them it gives up.
         """
+        self.onward = ()
         if self._room[0] != epoch or ground.granted_m > self._room[1]:
             self._room, self._room_steps = (epoch, ground.granted_m), 0
         sight = look(view, self._mission)
@@ -249,6 +260,7 @@ class Leader:
             ways = cache(partial(self._cost_to_go, goal, ground.taken, origin=view.position))
             step = self._ask(sight, walls, ways)
             if isinstance(step, Step):
+                self.onward = self._way_on(step.target(view.position), ways, ground.keep_m)
                 return step
             reason, goes_by_ways = step.reason, ways.cache_info().currsize > 0
             if step.why is Why.FAILED:
@@ -261,10 +273,37 @@ class Leader:
             refused = refused_at(view, walls, way)
             if not goes_by_ways or refused == len(way):  # it says the same until the robots behind make room
                 return self._no_way(reason) if settled else Wait()
-            if (short := self._short_step(sight, ground, ways)) is not None:
-                return short
+            if (other := self._without_closing(goal, sight, ground, ways, settled=settled)) is not None:
+                return other
             self._close(view, way, refused)
         return self._no_way(reason)
+
+    def _without_closing(
+        self, goal: Floats, sight: Sight, ground: Ground, ways: Callable[[], CostToGo], *, settled: bool
+    ) -> Step | NoStep | Wait | DeadEnd | None:
+        """What may still help where a way is refused, if no spot of it is to blame (rules 7 and 8)."""
+        if (short := self._short_step(sight, ground, ways)) is not None:
+            self.onward = self._way_on(short.target(sight.view.position), ways, ground.keep_m)
+            return short
+        if not self._is_held(sight, ways):
+            return None
+        back = self._turn_back(goal, sight.view, ground, settled=settled)
+        self._keeps_way_free = isinstance(back, DeadEnd)
+        return back
+
+    def _is_held(self, sight: Sight, ways: Callable[[], CostToGo]) -> bool:
+        """Whether only ground that is granted refuses all steps, for the first time (rule 8)."""
+        if self._world_changes or self._keeps_way_free:
+            return False
+        alone = Walls.joined(scan_walls(sight.view, self._mission), *self._bounds())
+        return isinstance(self._ask(sight, alone, ways), Step)
+
+    def _way_on(self, place: Floats, ways: Callable[[], CostToGo], keep_m: float) -> tuple[Place, ...]:
+        """The way on from a place that robots behind have to leave free (rule 8)."""
+        if not self._keeps_way_free:
+            return ()
+        cells = math.ceil(ONWARD_KEEPS * keep_m / self.map.cell_m)
+        return tuple((x_m, y_m) for x_m, y_m in ways().way_from(place, cells_max=cells).tolist())
 
     def _short_step(self, sight: Sight, ground: Ground, ways: Callable[[], CostToGo]) -> Step | None:
         """A step to another place to look from, if the ground up to there is clear but for hidden corners."""

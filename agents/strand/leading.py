@@ -202,7 +202,7 @@ class Leading:
     def _begin(self, planned: StepPlanned) -> list[Command]:
         self._stuck_at_s = math.inf
         self._step = planned
-        self._strand.growth.begin(planned.target)
+        self._strand.growth.begin(planned.target, self._memory.onward)
         self._drives_on()
         return [Note(planned)]
 

@@ -1,10 +1,13 @@
 """What a robot keeps from one strand to the next, independent of its place: maps, and the count of steps."""
 
+from collections.abc import Sequence
+
 from msgspec.structs import replace
 
 from agents.strand.leader import Leader
 from protocol.frames import Pose
 from protocol.mission import Mission
+from protocol.sweep import Place
 from protocol.wire.messages import Handover
 from protocol.wire.view import Formation
 
@@ -37,6 +40,11 @@ class Memory:
     def handover(self) -> Handover:
         """The newest hand-over by a leader, this robot or another."""
         return self._handover
+
+    @property
+    def onward(self) -> Sequence[Place]:
+        """The way on from the end of the newest step, as its map shows it."""
+        return () if self._leader is None else self._leader.onward
 
     def take(self, formation: Formation) -> None:
         """Take in what a formation tells, unless this robot has a newer map; refused spots open again."""

@@ -57,12 +57,12 @@ def authority_m(path: Path, *, from_m: float, progress_m: float, keep_m: float) 
     """
     ground = path.corners(progress_m, path.end_m)
     s_m = min(from_m, progress_m)
-    while (further_m := _free_until_m(path, s_m, progress_m, ground, keep_m)) > s_m + ROUNDING_M:
+    while (further_m := free_until_m(path, s_m, progress_m, ground, keep_m)) > s_m + ROUNDING_M:
         s_m = further_m  # from where a way only touches that ground, it may go on
     return s_m
 
 
-def _free_until_m(path: Path, from_m: float, to_m: float, ground: Sequence[Place], keep_m: float) -> float:
+def free_until_m(path: Path, from_m: float, to_m: float, ground: Sequence[Place], keep_m: float) -> float:
     """How far one look from `from_m` shows that the path keeps its distance from the ground [m]."""
     s_m = from_m
     for corner, following in pairwise(path.corners(from_m, to_m)):

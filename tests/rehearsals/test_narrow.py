@@ -7,6 +7,9 @@ import msgspec
 import pytest
 import shapely
 
+from clew.fields.field import Field
+from clew.fields.field import scene as field_scene
+from clew.fields.kinds import Kind
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.timeline import RobotPlaced
 from tests.support.scenes.dead_ends import (
@@ -94,6 +97,16 @@ def test_scans_from_other_places_leave_open_what_one_scan_cannot() -> None:
     ground = shapely.union(corridors(room, half_width_m=0.5), corridors(narrow, half_width_m=HALF_WIDTH_M))
     walls = [*walls_round(ground), wedge(ASIDE, 1.0, 1.5)]
     rehearsal = Rehearsal(scene(walls, robots=1, start=(0.0, 0.0, 0.0), goal=narrow[-1]), seed=1)
+    rehearsal.run()
+    assert rehearsal.world.ending is Ending.ARRIVED
+    assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
+
+
+@pytest.mark.parametrize(("kind", "seed"), [(Kind.ZIGZAG, 26), (Kind.ROOMS, 40)])
+def test_the_robot_behind_leaves_a_leader_room_for_a_sharp_turn(kind: Kind, seed: int) -> None:
+    """Else it stands so near to the turn that the leader may not pass it, by some millimetres."""
+    field = Field(kind=kind, seed=seed, spare=SPARE, size_m=(4.0, 4.0), density=0.3)
+    rehearsal = Rehearsal(msgspec.convert(as_scenario(field_scene(field), "turn"), Scenario), seed=1)
     rehearsal.run()
     assert rehearsal.world.ending is Ending.ARRIVED
     assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()

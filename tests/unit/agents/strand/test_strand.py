@@ -1,11 +1,13 @@
 """Places in the strand as conversations: what a robot sends, what it believes, and when a link is silent."""
 
+import math
+
 import pytest
 import shapely
 
 from agents.commands import Note, Tell
 from agents.events import LinkHeard
-from agents.strand.grants import GRANT_M_MIN
+from agents.strand.grants import GRANT_M_MIN, ONWARD_M
 from agents.strand.leader import Leader
 from agents.strand.news import NEWS_S, URGENT_S
 from agents.strand.strand import Strand
@@ -91,6 +93,24 @@ def test_a_path_that_turns_back_does_not_reduce_a_grant() -> None:
         strand.path.extend(corner)
     assert granted(strand.tell(own(2.0), 1.0)) == []
     assert told_behind(strand.tell(own(2.0), 2.0), 2).authority_m == first[0]
+
+
+def test_a_leader_does_not_grant_ground_beside_the_way_that_it_is_likely_to_go_on() -> None:
+    stands_m, aside_m = 2.25, 0.25
+    ways = {"onward": ((3.0, 0.4), (3.0, 0.8)), "back": ((3.0, aside_m), (2.7, aside_m))}
+    grants = dict[str, list[float]]()
+    for name, way in ways.items():
+        strand = place(3)
+        strand.growth.begin(Point(x_m=3.0, y_m=aside_m), way)
+        grants[name] = granted(strand.tell(own(stands_m), 0.0))
+        grants[f"{name}, arrived"] = granted(strand.tell(own(stands_m, arrived=True), 0.0))
+    near_m, less_m = math.sqrt(KEEP_M**2 - aside_m**2), math.sqrt((KEEP_M + ONWARD_M) ** 2 - aside_m**2)
+    assert grants == {
+        "onward": [pytest.approx(2.0 - near_m)],
+        "onward, arrived": [],
+        "back": [pytest.approx(1.7 - less_m)],
+        "back, arrived": [pytest.approx(2.0 - near_m)],
+    }
 
 
 def test_a_leader_keeps_off_the_place_of_a_robot_that_has_no_grant_yet() -> None:
