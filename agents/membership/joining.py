@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.membership.legs import leg_is_clear, leg_needs_closer_look, without_hulls
+from agents.membership.legs import leg_is_clear, leg_needs_closer_look, on_ways, without_hulls
 from agents.navigation.certificate import (
     Walls,
     bounds_walls,
@@ -187,6 +187,10 @@ class Joining:
         around = unit_vectors(bearings)
         places = (ahead + lengths[:, None, None] * around).reshape(-1, 2)
         places = places[stands.admit(places, mission.robot_keep_m + SLACK_M)]
+        others = np.concatenate([stands.strand[:-1], stands.waiting])
+        reach_m = lengths[-1] + 2.0 * mission.robot_radius_m + mission.clear_m + SLACK_M
+        others = others[np.hypot(*(others - ahead).T) < reach_m]
+        places = places[~on_ways(self._outlines(others), places, ahead, mission, slack_m=SLACK_M)]
         near = self._hits[np.hypot(*(self._hits - ahead).T) < lengths[-1] + mission.obstacle_keep_m + 1.0]
         off = distances_to_segments(near[:, None], places, ahead)
         # What may be hidden beside a hit lies along the ray to it, and one spacing beside it.

@@ -5,7 +5,7 @@ import numpy as np
 from agents.navigation.leg import certain_clearance_m_min, is_unsure_of_leg, leg_is_certain
 from agents.navigation.scan import View, on_discs
 from agents.navigation.sure import closer
-from protocol.arrays import Floats, distances_to_segments
+from protocol.arrays import Flags, Floats, distances_to_segments
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
 
@@ -42,9 +42,16 @@ def hides_way(seen: View, ahead: Floats, mission: Mission) -> bool:
     """
     taken_out = seen.points[~seen.hits & (seen.ranges_m < mission.range_m_max)]
     hulls = taken_out[~on_discs(taken_out, ahead[None], within_m=mission.hull_reach_m)]
-    leg_m = float(np.hypot(*(ahead - seen.position)))
-    along_m = (hulls - seen.position) @ (ahead - seen.position) / max(leg_m, TOUCHING_M)
-    on_way_m = distances_to_segments(hulls, seen.position, ahead)
+    return bool(on_ways(hulls, seen.position[None], ahead, mission)[0])
+
+
+def on_ways(hulls: Floats, places: Floats, ahead: Floats, mission: Mission, *, slack_m: float = 0.0) -> Flags:
+    """Whether points of hulls (h, 2) lie on the straight way from each place (n, 2) to the robot ahead."""
+    way = (ahead - places)[:, None]
+    leg_m = np.hypot(way[..., 0], way[..., 1])
+    along_m = ((hulls - places[:, None]) * way).sum(axis=-1) / np.maximum(leg_m, TOUCHING_M)
+    on_way_m = distances_to_segments(hulls, places[:, None], np.broadcast_to(ahead, way.shape))
     needs_m = mission.robot_radius_m + certain_clearance_m_min(mission)
-    onward = (along_m > 0.0) & (along_m < leg_m - needs_m)  # around its place the robot ahead keeps clear
-    return bool((onward & (on_way_m < needs_m)).any())
+    # Around its place the robot ahead keeps clear.
+    onward = (along_m > 0.0) & (along_m < leg_m - needs_m)
+    return np.asarray((onward & (on_way_m < needs_m + slack_m)).any(axis=1))

@@ -17,6 +17,7 @@ from agents.navigation.step import LookCloser, NoStep
 from agents.navigation.sure import closer
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import NO_FAULTS, uniform
+from protocol.frames import Pose
 from protocol.timeline import (
     FenceChanged,
     OrderAccepted,
@@ -311,3 +312,27 @@ def test_getting_clear_it_keeps_off_the_robots_that_stand() -> None:
     way = np.linspace((0.0, 0.0), (step.target.x_m, step.target.y_m), 50)
     off_m = np.hypot(*np.moveaxis(way[:, None] - np.array(robots), -1, 0))
     assert off_m.min() >= 2.0 * MISSION.robot_radius_m + MISSION.separation_m
+
+
+# --- places and legs -------------------------------------------------------------------------------
+
+TIGHT = under(
+    "certified", robots=8, robot_radius_m=0.1, separation_m=0.05
+)  # hulls may be nearer than epsilon
+BESIDE = [(0.77, off_m) for off_m in np.linspace(0.25, 0.35, 11).tolist()]
+
+
+@pytest.mark.parametrize("beside", BESIDE)
+@pytest.mark.parametrize("start", [(0.0, 0.0), (0.1, 0.02), (0.2, 0.0)])
+def test_a_place_that_it_goes_to_is_one_when_it_gets_there(beside: Place, start: Place) -> None:
+    stands = stand([(0.97, 0.6), beside, (1.0, 0.0)], [(1.25, 0.15)])
+    hulls: list[Shape] = [Circle(centre_m=(x, y), radius_m=0.1) for x, y in stands.all.tolist()]
+    joining, at = Joining(TIGHT, np.array(start)), Pose(x_m=start[0], y_m=start[1], heading_rad=0.0)
+    planned = joining.plan(look_around(hulls, TIGHT, at), stands)
+    for _ in range(2):
+        if isinstance(planned, InPlace):
+            return
+        assert isinstance(planned, StepPlanned)
+        at = Pose(x_m=planned.target.x_m, y_m=planned.target.y_m, heading_rad=0.0)
+        planned = joining.plan(look_around(hulls, TIGHT, at), stands)
+    assert planned == InPlace()
