@@ -2,7 +2,7 @@
 
 Rule 1: it drives only under a fence that names it, and plans only from scans of that very fence.
 Rule 2: it ends its turn standing, in place or blocked, and orders nothing more in that turn.
-Rule 3: a robot that plans from one place again and again counts as blocked: what it sees from there
+Rule 3: a robot that plans from one place again and again gets no further: what it sees from there
         contradicts what it sees from another place.
 Rule 4: where obstacles move, a robot that gets no further looks again for a while before it is blocked, and
         looks while it drives. Robots that wait for a turn share this while, unless the robot is on its way:
@@ -124,10 +124,10 @@ class TurnTaker:
                 return [Note(planned)]
 
     def _wanders(self, here: Floats) -> bool:
-        """Rule 3; the place is noted. Where obstacles move, rule 4 does instead."""
+        """Rule 3; the place is noted."""
         again = sum(math.dist(here, place) <= AGAIN_M for place in self._planned_at)
         self._planned_at.append(here)
-        return again >= AGAIN_MAX and not self._mission.obstacles_move
+        return again >= AGAIN_MAX
 
     def _stays(self, scan: View, now_s: float) -> bool:
         """Rule 4: whether it has not got away from here for so long."""
