@@ -21,13 +21,13 @@ from agents.body.senses import Senses
 from agents.commands import Command
 from agents.navigation.certificate import scan_walls
 from agents.navigation.scan import View
-from protocol.arrays import Flags, Floats, segments_apart
+from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart
 from protocol.frames import Pose
 from protocol.mission import MOVES_S, WATCH_S, Mission
 from protocol.sweep import TOUCHING_M
 
 LONGEST_S = 4.0 * WATCH_S  # of a permission
-HALVINGS = 7  # of that, to find how long a motion is safe: to a hundredth of a second
+TIMES_S = LONGEST_S * np.arange(1, 129) / 128  # to a hundredth of a second
 APPROACH_S = WATCH_S / 2.0  # a motion towards something must be safe for so long
 LEAST_S = 0.04  # two of the world's ticks: order, and one to move in
 GIVE_UP_S = 2.0  # without permission: a pedestrian has passed by then
@@ -92,30 +92,27 @@ def good_for_s(view: View, target: Floats, mission: Mission) -> float:
         mission: the robot's mission.
     """
     walls = scan_walls(view, mission)  # rule 1: no hit is left out
-    hull_m = mission.robot_radius_m + mission.mu0_m
+    speed_mps, hull_m = mission.obstacle_speed_mps_max, mission.robot_radius_m + mission.mu0_m
     off = target - view.position
-    length_m = float(np.hypot(*off))
-    starts, ends = walls.starts, walls.ends
+    length_m = max(float(np.hypot(*off)), TOUCHING_M)
+    here_m = distances_to_segments(view.position, walls.starts, walls.ends)
 
-    def swept_m(for_s: float) -> Floats:
-        share = min(1.0, mission.speed_mps * for_s / length_m) if length_m > 0.0 else 0.0
-        return segments_apart(view.position, view.position + share * off, starts, ends)
+    def swept_m(for_s: Floats, near: Flags | slice) -> Floats:
+        """The distances (..., k) from the ground swept until then to the walls that are near."""
+        ends = view.position + np.minimum(1.0, mission.speed_mps * for_s / length_m)[..., None, None] * off
+        return segments_apart(view.position, ends, walls.starts[near], walls.ends[near])
 
-    def in_the_way(for_s: float) -> Flags:
-        return swept_m(for_s) < hull_m + mission.obstacle_speed_mps_max * for_s
-
-    near = in_the_way(LONGEST_S)
-    if not near.any():
-        return LONGEST_S
-    starts, ends = starts[near], ends[near]  # nothing else is in the way any sooner
-    good_s, bad_s = 0.0, LONGEST_S
-    for _ in range(HALVINGS):
-        middle_s = (good_s + bad_s) / 2.0
-        good_s, bad_s = (good_s, middle_s) if in_the_way(middle_s).any() else (middle_s, bad_s)
+    # Nothing is in the way before both have driven towards each other; what would hit it here is by then.
+    soonest_s = (here_m - hull_m) / (mission.speed_mps + speed_mps)
+    first_s, last_s = (float(each.min(initial=np.inf)) for each in (soonest_s, (here_m - hull_m) / speed_mps))
+    unsure_s = TIMES_S[(first_s < TIMES_S) & (last_s > TIMES_S)]
+    is_good = swept_m(unsure_s, soonest_s < last_s) >= hull_m + speed_mps * unsure_s[:, None]
+    good_s = LONGEST_S / len(TIMES_S) * float((first_s >= TIMES_S).sum() + is_good.all(axis=1).sum())
     if good_s < APPROACH_S:
+        approach_m = swept_m(np.array(APPROACH_S), slice(None))
+        approached = (approach_m < hull_m + speed_mps * APPROACH_S) & (approach_m < here_m - TOUCHING_M)
         to_target_m = segments_apart(view.position, target, walls.starts, walls.ends)
-        leaves_no_moment = to_target_m < hull_m + mission.obstacle_speed_mps_max * MOVES_S
-        approached = in_the_way(APPROACH_S) & (swept_m(APPROACH_S) < swept_m(0.0) - TOUCHING_M)
+        leaves_no_moment = to_target_m < hull_m + speed_mps * MOVES_S
         if leaves_no_moment.any() and approached.any():
             return 0.0
     return good_s if good_s >= LEAST_S else 0.0
