@@ -358,7 +358,8 @@ def _to_the_micrometre(distance_m: float) -> float | None:
 
 def _told(scan: Scan) -> tuple[float, ...]:
     """The recorded ranges of a scan: every n-th ray, with the least n that divides them evenly."""
-    return tuple(round(range_m, 3) for range_m in scan.ranges_m[:: _stride(len(scan.ranges_m))])
+    told = scan.ranges_m[:: _stride(len(scan.ranges_m))]
+    return tuple(np.round(told, 3).tolist())
 
 
 @cache
