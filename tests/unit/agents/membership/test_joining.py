@@ -316,9 +316,8 @@ def test_getting_clear_it_keeps_off_the_robots_that_stand() -> None:
 
 # --- places and legs -------------------------------------------------------------------------------
 
-TIGHT = under(
-    "certified", robots=8, robot_radius_m=0.1, separation_m=0.05
-)  # hulls may be nearer than epsilon
+# A hull may stand nearer to a leg than epsilon, since the separation is less.
+TIGHT = under("certified", robots=8, robot_radius_m=0.1, separation_m=0.05)
 BESIDE = [(0.77, off_m) for off_m in np.linspace(0.25, 0.35, 11).tolist()]
 
 
