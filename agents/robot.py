@@ -115,7 +115,8 @@ class Robot:
         if not self._driver.awake:
             return commands
         commands += self._membership.act(now_s)
-        if is_new or (self._driver.drive is not before and self._driver.drive != before):
+        changed = self._driver.drive is not before and self._driver.drive != before
+        if (is_new or changed) and self._driver.tells:
             commands.append(Order(self._driver.drive))
         return commands
 

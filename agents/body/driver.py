@@ -9,6 +9,8 @@ Rule 3 (F1): an order has ended when it is finished, or when odometry tells anot
         body has dropped it then, and stands. An order that was dropped is not finished, and nor is one where
         odometry tells a higher number: that is another life's, which has stopped the body on its way.
 Rule 4: the newest odometry by its fence, then by its number, is valid; older ones change nothing.
+Rule 5 (F6): where obstacles move, an order to drive is kept from the body until a scan under that fence has
+        permitted it.
 """
 
 import math
@@ -20,6 +22,7 @@ from protocol.frames import Point
 from protocol.wire.messages import Drive, Odometry
 
 LATE_ORDERS = 1000  # more than a robot gives within the longest delay of an order
+NOT_PERMITTED_S = 0.0  # where obstacles move: the end of an order's permission before any scan gives it one
 NUMBERS_PER_S = 10_000  # far more than it gives: so each life's numbers are above the former life's
 
 
@@ -28,7 +31,7 @@ class Driver:
 
     def __init__(self, *, speed_mps: float, watched: bool = False) -> None:
         self._speed_mps = speed_mps
-        self._watched = watched  # if so, an order is valid only once it is permitted
+        self._watched = watched  # if so, an order to drive is given only once a scan permits it
         self._progress_m = 0.0
         self._odometry: Odometry | None = None
         self._sent_to: tuple[Point, float] | None = None
@@ -84,6 +87,11 @@ class Driver:
     def drive(self) -> Drive:
         """The newest order, with the time at which it was last confirmed."""
         return self._drive
+
+    @property
+    def tells(self) -> bool:
+        """Whether the body is told the newest order: where obstacles move, to drive once it is permitted."""
+        return self._drive.target is None or self._drive.until_s != NOT_PERMITTED_S
 
     @property
     def may_drive(self) -> bool:
@@ -168,9 +176,9 @@ class Driver:
         return self.odometry.t_s + left_m / self._speed_mps
 
     def _renew(self, target: Point | None, *, reach_m: float, step: int) -> None:
-        until_s = 0.0 if self._watched else None
+        until_s = NOT_PERMITTED_S if self._watched else None
         if self._watched and not self.standing and self._drive.target is not None and target is not None:
-            until_s = min(self._drive.until_s or 0.0, self._at_target_s)
+            until_s = min(self._drive.until_s or NOT_PERMITTED_S, self._at_target_s)
         else:
             self._ordered_s = self.odometry.t_s
         self._drive = Drive(

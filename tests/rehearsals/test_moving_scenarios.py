@@ -181,3 +181,11 @@ def test_a_robot_that_starts_to_move_while_it_is_run_over_breaks_s1() -> None:
     wait(stage, until_s=3.6)  # the follower is at the tail's place
     drive(stage, 3, 1.2, 2.0)
     assert touched(judged(stage)) == [(3, "in contact with moving obstacle follower while it moved")]
+
+
+@pytest.mark.parametrize(("name", "seed"), [("door", 3), ("door", 4), ("follower", 4)])
+def test_no_body_is_sent_on_its_way_before_its_first_scan_in_an_epoch_even_if_half_of_all_is_lost(
+    name: str, seed: int
+) -> None:
+    rehearsal = Rehearsal(load(name), seed, uniform(loss=0.5)).run()
+    assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
