@@ -5,6 +5,7 @@ Rule 1: along a step the hull keeps what `step.planned` promised, less mu0, from
         the leader and of robots that join.
 Rule 2: the clearance is measured from true poses, not taken from `step.finished`.
 Rule 3: the plan may be recorded later than its step. Of several for one target the greatest promise counts.
+        Steps of a robot that joins have no numbers in orders: their reach tells apart those for one target.
 """
 
 from collections import defaultdict
@@ -29,11 +30,10 @@ from world.geometry.shapes import Ground
 from world.judge.rules.evidence import ROUNDING_M
 from world.judge.rules.rule import Dated, breach_of
 
-JOINS = 0  # what the orders of robots that join bear
 PROMISES_KEPT = 8  # of a robot: it plans a step when the one before is over
 
-Key = tuple[int, int, int, Point]
-"""Robot, epoch, step or `JOINS`, and target."""
+Key = tuple[int, int, float, Point]
+"""Robot, epoch, step, and target; instead of the step, the reach of a step of a robot that joins."""
 
 
 @dataclass(slots=True)
@@ -82,7 +82,7 @@ class Clearances:
         """Process an entry of a robot."""
         match entry.record:
             case StepPlanned(promised_clearance_m=float(promised_m)) as plan:
-                key = robot, plan.epoch, JOINS if plan.joins else plan.step, plan.target
+                key = robot, plan.epoch, plan.reach_m if plan.joins else plan.step, plan.target
                 promised = self._promised_m[robot]
                 promised[key] = max(promised_m, promised.get(key, 0.0))
                 if len(promised) > PROMISES_KEPT:
@@ -102,7 +102,7 @@ class Clearances:
         """A body has taken an order to drive: a new step, or the one that it had before it stood."""
         joins = order.step == 0 and self._may is May.ONE
         assert order.target is not None, "it is to drive"
-        key = order.robot, order.epoch, order.step, order.target
+        key = order.robot, order.epoch, order.reach_m if joins else order.step, order.target
         way = self._ways.get(order.robot)
         if way is None or way.key != key:
             yield from self._measure(t_s, order.robot)

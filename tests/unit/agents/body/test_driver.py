@@ -376,15 +376,21 @@ def test_a_change_of_the_fence_does_not_end_the_first_order_of_a_new_life() -> N
     assert driver.standing
 
 
-def test_where_obstacles_move_the_body_is_told_to_drive_only_once_that_is_permitted_and_to_stand_at_once() -> (
-    None
-):
+@pytest.mark.parametrize("permitted", [False, True])
+def test_where_obstacles_move_the_body_is_told_to_drive_once_that_is_permitted(*, permitted: bool) -> None:
     driver, body = Driver(speed_mps=SPEED_MPS, watched=True), Body()
     driver.hear(body.live())
     driver.begin(0.0, BEARING)
     to(driver, 1.0)
-    assert not driver.tells
-    driver.permit(1.0)
-    assert driver.tells
+    if permitted:
+        driver.permit(1.0)
+    assert driver.tells == permitted
+
+
+def test_where_obstacles_move_the_body_is_told_to_stand_at_once() -> None:
+    driver, body = Driver(speed_mps=SPEED_MPS, watched=True), Body()
+    driver.hear(body.live())
+    driver.begin(0.0, BEARING)
+    to(driver, 1.0)
     driver.stand()
     assert driver.tells

@@ -91,6 +91,11 @@ def test_robots_that_join_keep_what_they_promise_too() -> None:
     assert broken(joined(LEFT_M + INFLATED_M)) == [("S4", 3)]
 
 
+def test_of_two_steps_of_a_robot_that_joins_to_one_target_each_has_its_own_promise() -> None:
+    from_nearer = replace(plan(LEFT_M + INFLATED_M), joins=True, reach_m=0.1)
+    assert broken([*joined(LEFT_M)[:2], (0.25, "r3", from_nearer), *joined(LEFT_M)[2:]]) == []
+
+
 def test_a_law_that_promises_nothing_is_not_judged() -> None:
     printed = replace(SCENE, law=replace(SCENE.law, law="printed"))
     assert breaches(promised(None), printed) == []
