@@ -130,6 +130,8 @@ class Driver:
         """Begin on a path, under a fence; earlier driving was not on it."""
         if self._drive.target is not None:
             self._renew(None, reach_m=progress_m, step=0)
+        if self.odometry.ordered > self._drive.number:  # of another process, which orders nothing any more
+            self._drive = replace(self._drive, number=self.odometry.ordered + LATE_ORDERS)
         self._sent_to = None
         self._progress_m = progress_m
         self._bearing = bearing
