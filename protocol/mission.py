@@ -110,8 +110,12 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
 
     @property
     def leg_m_max(self) -> float:
-        """The longest way between neighbours in a strand that forms: what a robot sees, and may lag."""
-        return min(self.link_length_m_max, self.range_m_max)
+        """The longest way between neighbours in a strand that forms: what a robot sees, and may lag.
+
+        A scan from one end shows all that is nearer to the way than a robot keeps, up to beside its far end.
+        """
+        seen_m = math.sqrt(max(0.0, self.range_m_max**2 - self.obstacle_keep_m**2))
+        return min(self.link_length_m_max, seen_m)
 
     def sure_share_in(self, rays: int, *, bodies_only: bool = False) -> float:
         """How near the sensor a corner can reach unseen between two rays: at this share of the nearer one.
