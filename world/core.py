@@ -15,7 +15,7 @@ Rule 6: in lock-step the world waits for every living robot's answer to its last
 """
 
 import math
-from collections.abc import Callable, Iterable, Set
+from collections.abc import Callable, Sequence, Set
 from typing import assert_never
 
 from protocol.errors import MessageRefusedError
@@ -256,8 +256,7 @@ class World:
             case Coming.RESTARTED:
                 deaths = [] if died else [self._note_death(robot)]
                 told = self._tell([robot]) if self.started else []
-                restarted = RobotRestarted(robot=robot, incarnation=incarnation)
-                return [*deaths, self.arena.note(restarted), *told]
+                return [*deaths, self.arena.note(RobotRestarted(robot=robot, incarnation=incarnation)), *told]
             case Coming.RETURNED:
                 return [self.arena.note(RobotReturned(robot=robot))]
             case Coming.KNOWN:
@@ -291,8 +290,8 @@ class World:
         """Send odometry again to robots that have not answered."""
         return self._tell(sorted(robots))
 
-    def _tell(self, robots: Iterable[int]) -> list[Command]:
-        told: list[Command] = []
+    def _tell(self, robots: Sequence[int]) -> list[Command]:
+        told: list[Command] = [*self.arena.sample_told(robots)]
         stood_s = self.arena.stood_s
         for robot in robots:
             self.answers.tell(robot, self.now_s)
@@ -308,6 +307,8 @@ class World:
                 return self._hear_order(robot, drive, wall_s)
             case FencePut(robot, change):
                 return self._change_fence(robot, change)
+            case ScanAsked() if not self._started:
+                return []  # a run that was over when its world was killed has no bodies any more
             case ScanAsked(robot, revolutions):
                 served, scan = self.arena.scan(robot, revolutions)
                 return [served, ServeScan(robot, scan)]
@@ -364,9 +365,8 @@ class World:
     def _end(self, ending: Ending, wall_s: float) -> list[Command]:
         self.ending, self.over_s = ending, self.now_s
         self.survivors = frozenset(self.attendance.living)
-        samples = self.arena.sample() if self._started else []
         self.bodies.stand()
-        return [*samples, *self._go_on_to(Phase.OVER, wall_s)]
+        return [*(self.arena.sample() if self._started else []), *self._go_on_to(Phase.OVER, wall_s)]
 
     def _go_on_to(self, phase: Phase, wall_s: float) -> list[Command]:
         self.phase, self._phase_began_wall_s = phase, wall_s

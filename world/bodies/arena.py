@@ -9,7 +9,7 @@ Rule 5: odometry of a body is numbered. A resumed world continues above every nu
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 
 import numpy as np
@@ -156,6 +156,17 @@ class Arena:
     def sample(self) -> list[Note]:
         """Record the poses of all bodies."""
         return self._samples(range(len(self.bodies)))
+
+    def sample_told(self, robots: Iterable[int]) -> list[Note]:
+        """Record the poses of these robots' bodies that move, if they are told between two samples.
+
+        A resumed world knows no later pose than the newest recorded one (`world.record.resume`, rule 1).
+        """
+        if self.is_odometry_instant:
+            return []  # recorded by the tick
+        moving = [robot - 1 for robot in robots if self.bodies.is_moving(robot - 1)]
+        self._sampled = [*self._sampled, *moving]
+        return self._samples(moving)
 
     def _samples(self, bodies: Sequence[int]) -> list[Note]:
         """The poses of these bodies now."""

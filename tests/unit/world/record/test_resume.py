@@ -332,3 +332,24 @@ def test_a_fleet_whose_world_is_killed_arrives_and_nothing_is_missing(fleet: Fle
     assert clew("log", "check", "runs/latest", cwd=fleet.cwd).returncode == 0
     assert [each["life"] for each in fleet.entries() if each["kind"] == "world.resumed"] == [1]
     assert fleet.leftovers() == []
+
+
+@pytest.mark.parametrize("is_reminded", [False, True])
+def test_a_pose_that_is_told_between_two_samples_is_recorded_too(is_reminded: bool) -> None:
+    stage = led(ticks=43)
+    assert stage.world.bodies.is_moving(0)
+    if is_reminded:
+        stage._obey(stage.world.remind({1}))
+    else:
+        stage.handle(TokenCame(1, "another"))
+    assert stage.resumed().world.bodies.pose(0) == told(stage).pose
+
+
+def test_a_run_that_was_over_when_its_world_was_killed_serves_no_scan() -> None:
+    stage = led(ticks=43)
+    stage.handle(StopAsked(ExitCode.INTERRUPTED))
+    while stage.world.judgement is None:
+        stage.look(after_wall_s=SILENCE_S)
+    again = stage.resumed()
+    assert again.handle(ScanAsked(1, 1)) == []
+    assert again.scans == []
