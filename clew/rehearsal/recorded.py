@@ -62,7 +62,7 @@ class Recorded:
         self._lives: Counter[str] = Counter()
         try:
             prepare_folder(folder, scenario, plan, Settings(seed=seed))
-            self._recorder = Recorder(self._file, _header(scenario, plan, seed))
+            self._recorder = Recorder(self._file, _header(scenario, plan, seed), syncs=False)
         except BaseException:
             self.close()
             raise

@@ -42,6 +42,19 @@ def open_private(path: Path, mode: str) -> FileIO:
     return FileIO(str(path), mode, opener=_opener)
 
 
+def sync_folder(folder: Path) -> None:
+    """The names of new files in this folder survive a power cut.
+
+    Raises:
+        OSError: the disk cannot write them.
+    """
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file in one atomic step, replacing a file or a link.
 

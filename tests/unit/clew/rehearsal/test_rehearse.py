@@ -158,3 +158,9 @@ def test_sigint_is_obeyed_between_two_deliveries_of_a_tick(
     verdict = rehearse(load("paper", robots=200), 1, folder, lambda _: None)
     assert handled == 50
     assert (verdict.exit_code, timeline.read(folder).ended) == (ExitCode.INTERRUPTED, "interrupted")
+
+
+def test_a_rehearsal_waits_for_no_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "fdatasync", lambda _: pytest.fail("nobody resumes a rehearsal"))
+    clew("rehearse", scene(tmp_path / "posts.json"), "-n", "2", "--out", tmp_path / "run")
+    assert "fence.changed" in kinds(timeline.read(tmp_path / "run").lines)

@@ -1,3 +1,4 @@
+import errno
 import json
 import os
 import signal
@@ -11,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol.errors import UsageError
-from protocol.timeline import Entry, LinkHeard, RobotReleased
+from protocol.fence import May
+from protocol.timeline import Entry, FenceChanged, LinkHeard, RobotReleased
 from world.record.recorder import SCHEMA, Header, Recorder, RecordingFailedError, line, open_events
 
 HEADER = Header(
@@ -138,3 +140,34 @@ def test_a_run_never_overwrites_another(tmp_path: Path) -> None:
 def test_a_full_disk_ends_the_recording_with_its_reason() -> None:
     with FileIO("/dev/full", "w") as full, pytest.raises(RecordingFailedError, match="No space left"):
         Recorder(full, HEADER)
+
+
+FENCE = FenceChanged(epoch=10002, turn=0, may=May.NOBODY, coordinator=2, life="a")
+
+
+def test_a_fence_is_on_the_disk_before_anyone_acts_on_it_and_nothing_else_waits_for_the_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    synced: list[bytes] = []
+    path = tmp_path / "events.jsonl"
+    monkeypatch.setattr(os, "fdatasync", lambda _: synced.append(path.read_bytes()))
+    with open_events(tmp_path) as file:
+        recorder = Recorder(file, HEADER)
+        recorder.take("world", [entry(1)])
+        recorder.take("r1", [Entry(n=1, t_s=0.01, hlc="hlc1", record=FENCE)])  # a robot's word changes none
+        assert synced == []
+        fence = Entry(n=2, t_s=0.02, hlc="hlc2", record=FENCE)
+        recorder.take("world", [fence, entry(3)])
+        assert synced == [path.read_bytes()]
+        assert line("world", fence) in synced[0]
+
+
+def test_a_disk_that_cannot_sync_a_fence_ends_the_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(_: int) -> None:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr(os, "fdatasync", fail)
+    with open_events(tmp_path) as file, pytest.raises(RecordingFailedError, match="cannot sync"):
+        Recorder(file, HEADER).take("world", [Entry(n=1, t_s=0.0, hlc="", record=FENCE)])
