@@ -2,6 +2,8 @@
 
 Rule 1 (safety): a driven leg is told as it was laid, and not as from where bodies stand beside it. Else their
         drives' errors would add up, from view to view.
+Rule 2 (safety): no leg counts as driven where one of both robots stands beside its place: another process may
+    have moved its body while this one was stopped, and nobody has driven from there.
 """
 
 import math
@@ -93,7 +95,7 @@ class Places:
         """The driven way to the robot ahead, which tells its corners; None if no path of one epoch is one.
 
         The robot ahead knows all of the path that it has driven; this one may have been cut off before. A
-        robot that stands further off its place than `off_m_max` is where it stands.
+        robot that stands further off its place than `off_m_max` has left it (rule 2).
         """
         for own in (berth.former(pose) for berth in self.berths):
             theirs = next((each for each in ahead if each.epoch == own.epoch and not each.draft), None)
@@ -102,14 +104,16 @@ class Places:
             if theirs.leg_from_m <= own.s_m <= theirs.s_m:
                 inner = (vertex for vertex in theirs.corners if vertex.s_m > own.s_m + THERE_M)
                 corners = (Point(x_m=vertex.x_m, y_m=vertex.y_m) for vertex in inner)
-                ends = _on_path(own, pose, off_m_max), _on_path(theirs, ahead_at, off_m_max)
-                return (ends[0], *corners, ends[1])
+                start, end = _on_path(own, pose, off_m_max), _on_path(theirs, ahead_at, off_m_max)
+                if start is not None and end is not None:
+                    return (start, *corners, end)
         return None
 
 
-def _on_path(former: Former, pose: Pose, off_m_max: float) -> Point:
-    """Rule 1: where a leg begins or ends."""
-    stands, at = Point(x_m=pose.x_m, y_m=pose.y_m), former.at
-    if at is None or not ON_LINE_M < math.hypot(at.x_m - pose.x_m, at.y_m - pose.y_m) <= off_m_max:
-        return stands
-    return at
+def _on_path(former: Former, pose: Pose, off_m_max: float) -> Point | None:
+    """Rule 1: where a leg begins or ends; None if the robot stands elsewhere."""
+    at = former.at
+    off_m = math.inf if at is None else math.hypot(at.x_m - pose.x_m, at.y_m - pose.y_m)
+    if off_m > off_m_max:
+        return None
+    return at if off_m > ON_LINE_M else Point(x_m=pose.x_m, y_m=pose.y_m)

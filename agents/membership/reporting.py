@@ -7,6 +7,7 @@ Rule 2: it looks when it is asked to, from where it stands. A leg that has been 
         clear of all hits, but not of what may be hidden between the rays.
 """
 
+import math
 from dataclasses import dataclass
 
 from msgspec.structs import replace
@@ -130,7 +131,8 @@ class Reporter:
         if question is None or (self._look is not None and self._look.number == question.number):
             return []
         if question.place is not None:
-            way = self.places.leg_to(question.formers, pose, question.place, off_m_max=self.mission.mu0_m)
+            off_m_max = self.mission.mu0_m if self.mission.promises_clearance else math.inf
+            way = self.places.leg_to(question.formers, pose, question.place, off_m_max=off_m_max)
             if way is not None:
                 self._look = Look(number=question.number, clear=True, driven=True, way=way)
                 return []
