@@ -177,6 +177,32 @@ class Stadiums:
         return order[place % len(order)], segment
 
 
+def cut_where_near(
+    origin: Floats, starts: Floats, ends: Floats, keep_m: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """The same segments and distances; a segment that comes too near to the origin is cut where it does.
+
+    A stadium lets a motion pass that begins inside it and comes no nearer. Beside a long segment each drive
+    error would bring the next motion nearer; the parts that are not too near stop such motions.
+    """
+    chord = ends - starts
+    length2 = (chord**2).sum(axis=1)
+    per_m2 = 1.0 / np.where(length2 > 0.0, length2, np.inf)
+    middle = ((origin - starts) * chord).sum(axis=1) * per_m2
+    off2 = ((starts + middle[:, None] * chord - origin) ** 2).sum(axis=1)
+    half = np.sqrt(np.maximum(keep_m**2 - off2, 0.0) * per_m2)
+    low, high = np.clip(middle - half, 0.0, 1.0), np.clip(middle + half, 0.0, 1.0)
+    near = low < high
+    shares = np.stack([np.zeros(near.sum()), low[near], high[near], np.ones(near.sum())])
+    part, of = np.nonzero(np.diff(shares, axis=0) > 0.0)
+    cuts = starts[near][of] + shares[np.stack([part, part + 1]), of][..., None] * chord[near][of]
+    return (
+        np.concatenate([starts[~near], cuts[0]]),
+        np.concatenate([ends[~near], cuts[1]]),
+        np.concatenate([keep_m[~near], keep_m[near][of]]),
+    )
+
+
 def _seen_rad(starts: Floats, ends: Floats, keep_m: Floats) -> tuple[Floats, Floats]:
     """The directions (n,), (n,) between which each stadium is seen, the first in (-pi, pi]."""
     start_rad, end_rad = np.arctan2(starts[:, 1], starts[:, 0]), np.arctan2(ends[:, 1], ends[:, 0])

@@ -5,7 +5,9 @@ Rule 1: ground is free as far as the scan is sure of it (`agents/navigation/sure
 Rule 2: a step is certified if the disc of radius r + epsilon, swept along it, stays inside.
 Rule 3: a step keeps the robots' distance from ground that robots behind may still reach. From the bounds of
         the region it keeps the hull's radius and the tolerance.
-Rule 4: an edge that is already nearer than its distance only forbids motion towards it.
+Rule 4: an edge that is already nearer than its distance only forbids motion towards it, as far as it is
+        nearer. Else a leader could drive beside a long edge for ever, and each drive error would bring it
+        nearer.
 Rule 5: a short step, which leads to another place to look from, keeps all of that from what was hit and from
         robots' bodies, and half of the tolerance less from sharper corners that two rays may hide. The rest
         of the tolerance is for the drive: on a way so short it errs by an eighth of its share at most
@@ -22,7 +24,7 @@ from agents.navigation.scan import View
 from agents.navigation.sure import Sure, sure
 from protocol.arrays import Flags, Floats, nearest_on_segments, segments_apart, unit_vectors
 from protocol.mission import Bounds, Mission
-from protocol.sweep import Stadiums
+from protocol.sweep import Stadiums, cut_where_near
 
 SHORT_STEP_EASE = 0.5  # of the tolerance, as on a leg that no leader has certified (`leg.py`)
 SHORT_STEP_SHARE = 1 / 8  # of the range; 3 cm of another place are enough in a corridor one robot wide
@@ -44,7 +46,8 @@ class Walls:
         """The same as they lie around a place; a plan asks from one place some times."""
         place = origin.tobytes()
         if place not in self._seen_from:
-            self._seen_from[place] = Stadiums(origin, self.starts, self.ends, self.keep_m)
+            cut = cut_where_near(origin, self.starts, self.ends, self.keep_m)
+            self._seen_from[place] = Stadiums(origin, *cut)
         return self._seen_from[place]
 
     def eased(self, origin: Floats, least_m: Floats) -> "Walls":

@@ -1,4 +1,4 @@
-"""Drive errors do not add up over views: driven legs are laid where they were (docs/strand.md)."""
+"""Drive errors do not add up: not over views, and not over steps beside the bounds (docs/strand.md)."""
 
 from pathlib import Path
 from unittest.mock import Mock
@@ -79,4 +79,54 @@ def test_drive_errors_do_not_add_up_from_view_to_view(
     assert comes > ROBOTS
     assert judge(scenario, rehearsal.entries).breaches == ()
     assert -lowest_m <= HEADING_ERROR_RAD * RANGE_M, "what one drive may be off"
+    assert rehearsal.world.ending is Ending.ARRIVED
+
+
+SLOT = f"""
+name = "slot-along-the-bounds"
+[fleet]
+robots = 1
+robot_radius_m = 0.1
+separation_m = 0.05
+link_length_m_max = 2.0
+places = [[0.0, 0.0, 0.0]]
+[law]
+epsilon_m = 0.1
+mu0_m = 0.0205
+[goal]
+at_m = [9.0, -0.02]
+tolerance_m = 0.1
+[bounds]
+x_m_min = -2.0
+y_m_min = -0.1206
+x_m_max = 11.0
+y_m_max = 3.0
+[sensor]
+directions = 360
+range_m_max = {RANGE_M}
+[drive]
+speed_mps = 0.3
+speed_mps_min = 0.05
+speed_mps_max = 1.0
+turn_rate_radps = 50.0
+heading_error_rad = 0.005
+[time]
+time_s_max = 120.0
+[[obstacle]]
+shape = "polygon"
+vertices_m = [[0.3, 0.21], [8.5, 0.21], [8.5, 3.0], [0.3, 3.0]]
+"""
+
+
+def test_drive_errors_do_not_add_up_from_step_to_step(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The only way leads along the bounds, and each drive is off towards them."""
+    monkeypatch.setattr(arena, "stream", errors)
+    (path := tmp_path / "slot.toml").write_text(SLOT)
+    scenario = load(str(path))
+    rehearsal = Rehearsal(scenario, 1)
+    for _ in rehearsal.ticks():
+        pass
+    assert judge(scenario, rehearsal.entries).breaches == ()
     assert rehearsal.world.ending is Ending.ARRIVED

@@ -10,8 +10,8 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from protocol.arrays import Floats, nearest_on_segments
-from protocol.sweep import TOUCHING_M, distance_m, free_way_m, travel_m
+from protocol.arrays import Floats, distances_to_segments, nearest_on_segments
+from protocol.sweep import TOUCHING_M, cut_where_near, distance_m, free_way_m, travel_m
 
 HORIZON_M = 20.0  # nothing here is further apart
 ROUNDING_M = 1e-12  # of sums of metres
@@ -194,3 +194,29 @@ def test_the_nearest_point_lies_on_its_segment_and_is_the_nearest(
         assert np.hypot(*(found - point)) == pytest.approx(
             line.distance(shapely.Point(point)), abs=ROUNDING_M
         )
+
+
+@given(motions())
+def test_cutting_segments_where_they_are_too_near_changes_no_distance(motion: Motion) -> None:
+    starts, ends, keep_m = cut_where_near(motion.origin, motion.starts, motion.ends, motion.keep_m)
+    uncut = distances_to_segments(motion.origin, motion.starts, motion.ends)
+    cut = distances_to_segments(motion.origin, starts, ends)
+    assert cut.min() == pytest.approx(uncut.min(), abs=ROUNDING_M)
+    lengths_m = [float(np.hypot(*(b - a).T).sum()) for a, b in ((motion.starts, motion.ends), (starts, ends))]
+    assert lengths_m[0] == pytest.approx(lengths_m[1], abs=ROUNDING_M)
+    assert len(keep_m) == len(starts)
+
+
+@pytest.mark.parametrize("inside_m", [1e-6, 0.01, 0.1])
+def test_beside_a_long_segment_that_is_too_near_no_motion_goes_on_until_it_leads_away(
+    inside_m: float,
+) -> None:
+    """Else the errors of one drive after the other would add up."""
+    wall = np.array([[-50.0, 0.0]]), np.array([[50.0, 0.0]]), np.array([0.3])
+    origin, keep_m = np.array([0.0, 0.3 - inside_m]), 0.3
+    away_rad = math.acos((keep_m - inside_m) / keep_m)  # so steep is the way to where the distance is kept
+    headings = np.stack([_heading(turn * away_rad) for turn in (0.0, 0.9, 1.1)])
+    free_m = travel_m(origin, headings, *cut_where_near(origin, *wall))
+    assert (free_m[:2] < 1e-4).all()
+    assert free_m[2] == math.inf
+    assert (travel_m(origin, headings, *wall) == math.inf).all(), "uncut, it never comes nearer"
