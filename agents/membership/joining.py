@@ -15,7 +15,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.membership.legs import leg_is_clear, leg_needs_closer_look, on_ways, without_hulls
+from agents.membership.legs import (
+    PASSED_SHARE,
+    hull_hides,
+    leg_is_clear,
+    leg_needs_closer_look,
+    on_ways,
+    without_hulls,
+)
 from agents.navigation.certificate import (
     Walls,
     bounds_walls,
@@ -46,7 +53,6 @@ SPOTS_MAX = 4  # spots of a way closed in one plan, where the certificate refuse
 WAY_CELLS = 200  # of a way that is looked at: 10 m and more
 BEARINGS = 72  # of places tried around the robot ahead: 9 cm apart at 1 m, as fine as what the leg keeps
 LENGTHS = 8  # of legs tried
-PASSED_SHARE = 0.75  # of the tolerance: the rest is the drive's, on a way of a few decimetres
 CLEAR_M = 0.05  # beyond what a step keeps: what a leg's far end may be unsure of at the range limit
 SLACK_M = 0.01  # on what a place has to keep, so that one that was aimed at is one when it is reached
 HIT_M = 0.002  # hits nearer to each other than this are remembered as one
@@ -183,15 +189,19 @@ class Joining:
         mission, ahead = self._mission, stands.strand[-1]
         least_m = max(mission.robot_keep_m, mission.robot_radius_m + mission.obstacle_keep_m) + SLACK_M
         lengths = np.linspace(least_m, max(least_m, mission.leg_m_max - SLACK_M), LENGTHS)
+        rays = mission.directions * mission.revolutions
+        lengths = lengths[[not hull_hides(length_m, rays, mission) for length_m in lengths]]
         bearings = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
         around = unit_vectors(bearings)
         places = (ahead + lengths[:, None, None] * around).reshape(-1, 2)
         places = places[stands.admit(places, mission.robot_keep_m + SLACK_M)]
         others = np.concatenate([stands.strand[:-1], stands.waiting])
-        reach_m = lengths[-1] + 2.0 * mission.robot_radius_m + mission.clear_m + SLACK_M
+        reach_m = lengths.max(initial=0.0) + 2.0 * mission.robot_radius_m + mission.clear_m + SLACK_M
         others = others[np.hypot(*(others - ahead).T) < reach_m]
         places = places[~on_ways(self._outlines(others), places, ahead, mission, slack_m=SLACK_M)]
-        near = self._hits[np.hypot(*(self._hits - ahead).T) < lengths[-1] + mission.obstacle_keep_m + 1.0]
+        near = self._hits[
+            np.hypot(*(self._hits - ahead).T) < lengths.max(initial=0.0) + mission.obstacle_keep_m + 1.0
+        ]
         off = distances_to_segments(near[:, None], places, ahead)
         # What may be hidden beside a hit lies along the ray to it, and one spacing beside it.
         rays = CLOSER * mission.directions * mission.revolutions

@@ -103,6 +103,19 @@ def errors_covered(section: LawSection, errors: Budget) -> None:
         )
 
 
+def no_obstacle_is_a_robot(section: Fleet, mission: Mission) -> None:
+    """What a robot takes out of its scan as the hull of a neighbour is no obstacle (F6 of docs/strand.md).
+
+    It takes out hits within `hull_reach_m` of where the neighbour is, which may be as near as
+    `epsilon - mu0` to an obstacle.
+    """
+    least_m = 2.0 * mission.mu0_m + mission.range_error_m_max
+    takes_out = section.robots > 1 and mission.robot_radius_m > 0.0 and mission.promises_clearance
+    if takes_out and mission.epsilon_m < least_m - ROUNDING_M:
+        rule = f">= {least_m:.6g} m, twice mu0_m + range error: nearer, an obstacle counts as a robot"
+        _refuse("law.epsilon_m", rule, mission.epsilon_m)
+
+
 def said(bounds: Bounds | None) -> Bounds:
     """A random deployment needs bounds."""
     if bounds is None:

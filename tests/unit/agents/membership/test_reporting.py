@@ -209,7 +209,11 @@ def test_a_leg_that_was_driven_is_told_without_a_look() -> None:
     bound = Bound(places=DRIVEN)
     bound.at(0.0)
     bound.answered(
-        0.05, 1, question=leg_asked(formers=(Former(epoch=BEFORE, rank=0, s_m=0.8, leg_from_m=0.0),))
+        0.05,
+        1,
+        question=leg_asked(
+            formers=(Former(epoch=BEFORE, rank=0, s_m=0.8, at=Point(x_m=0.8, y_m=0.0), leg_from_m=0.0),)
+        ),
     )
     commands = bound.at(0.1)
     assert not [each for each in commands if isinstance(each, AskScan)]

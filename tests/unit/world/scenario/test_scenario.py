@@ -134,6 +134,12 @@ def _load(tmp_path: Path, text: str, **overrides: object) -> Scenario:
         ),
         ("mu0_m = 0.01", "mu0_m = 0.1", "$.law.mu0_m: must be < epsilon_m = 0.1 m, got 0.1"),
         (
+            "mu0_m = 0.01",
+            "mu0_m = 0.05",
+            "$.law.epsilon_m: must be >= 0.103 m, twice mu0_m + range error: nearer, an obstacle counts as a "
+            "robot, got 0.1",
+        ),
+        (
             "spacing_m = 0.3",
             "spacing_m = 0.24",
             "$.fleet.spacing_m: must be >= 2 robot_radius_m + separation_m = 0.25 m, got 0.24",

@@ -1,0 +1,58 @@
+"""What the hull of the robot ahead hides beside the end of a leg."""
+
+import math
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from agents.membership.legs import hull_hides, leg_is_clear, without_hulls
+from agents.navigation.scan import View
+from protocol.arrays import distances_to_segments, scan_bearings_rad
+from world.geometry.rays import cast
+from world.geometry.shapes import Circle, ground_of
+from world.scenario.scenario import load
+
+MISSION = replace(
+    load("grove").mission(),
+    robot_radius_m=0.2,
+    epsilon_m=0.01,
+    mu0_m=0.002,
+    separation_m=0.005,
+    directions=1440,
+    revolutions=1,
+    range_error_m_max=0.0,
+)
+POST_M = 0.004  # its radius: out to 1.8 m it fits between no two rays
+HERE = np.array([0.0, 0.0])
+
+
+def sees(post: np.ndarray, ahead: np.ndarray) -> View:
+    """A scan from `HERE` of a thin post and the robot ahead."""
+    bearings = scan_bearings_rad(MISSION.directions)
+    ground = ground_of((Circle(centre_m=(float(post[0]), float(post[1])), radius_m=POST_M),))
+    hull = np.array([[*ahead, MISSION.robot_radius_m]])
+    ranges = cast(ground, HERE, bearings, range_m_max=MISSION.range_m_max, discs=hull)
+    view = View(HERE, bearings, ranges, ranges < MISSION.range_m_max, 0.0)
+    return without_hulls(view, ahead[None], MISSION)
+
+
+@pytest.mark.parametrize("leg_m", [0.407, 0.45, 0.5, 0.6, 0.7, 0.8, 1.0, 1.5])
+def test_on_a_clear_leg_no_post_is_too_near_that_the_robot_ahead_may_hide(leg_m: float) -> None:
+    ahead = np.array([leg_m, 0.0])
+    radius_m, promised_m = MISSION.robot_radius_m, MISSION.epsilon_m - MISSION.mu0_m
+    off_m = radius_m + promised_m + 0.25 * MISSION.mu0_m + POST_M
+    for turn_rad in np.linspace(0.0, math.pi / 2.0, 181):
+        post = ahead + off_m * np.array([-math.sin(turn_rad), math.cos(turn_rad)])
+        apart_m = float(distances_to_segments(post, HERE, ahead)) - POST_M - radius_m
+        if leg_is_clear(sees(post, ahead), ahead, MISSION):
+            assert apart_m >= promised_m, f"{math.degrees(turn_rad):.1f} degrees"
+
+
+def test_from_further_off_the_robot_ahead_hides_nothing_and_the_leg_may_be_clear() -> None:
+    hides = [hull_hides(leg_m, MISSION.directions, MISSION) for leg_m in (0.41, 0.5, 0.6, 0.8, 1.5)]
+    assert hides == [True, True, True, False, False]
+    wide = replace(MISSION, epsilon_m=0.15 * MISSION.robot_radius_m)
+    assert not any(hull_hides(leg_m, wide.directions, wide) for leg_m in np.linspace(0.41, 3.0, 50).tolist())
+    ahead = np.array([0.8, 0.0])
+    assert leg_is_clear(sees(np.array([0.8, 1.0]), ahead), ahead, MISSION)
