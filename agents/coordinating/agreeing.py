@@ -17,10 +17,13 @@ from protocol.fence import Cause, Epoch
 from protocol.frames import Point
 from protocol.path import Path
 from protocol.timeline import RobotStranded
+from protocol.wire.codec import fits
 from protocol.wire.view import Counters, Report
 
 Reports = Mapping[int, Report]
 NO_WAY = "it finds no way to a place behind the others"
+NO_ROOM = "the strand has too many robots and corners for one message: make several fleets"
+LEFT_OUT_PART = 20  # of a strand that is too long: so much of it is left out at a time
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,8 +64,13 @@ class Agreement:
     def drafted(
         self, order: Sequence[int], legs: Legs, driven: frozenset[int], reports: Reports, *, turn: int
     ) -> Plan:
-        """The formation of a drafted strand."""
-        return self._plan(tuple(order), lay_path(order, places_of(reports), legs), driven, reports, turn=turn)
+        """The formation of a drafted strand; of its front, if a message can tell no more."""
+        while True:
+            laid = lay_path(order, places_of(reports), legs)
+            plan = self._plan(tuple(order), laid, driven.intersection(order[1:]), reports, turn=turn)
+            if len(order) == 1 or fits(plan.as_record()):
+                return plan
+            order = order[: -1 - len(order) // LEFT_OUT_PART]
 
     def turned(self, reports: Reports, *, turn: int) -> Plan | None:
         """The formation of a strand that turns round; None if the view is not for that, or lacks a robot."""
@@ -74,16 +82,19 @@ class Agreement:
             return None
         order, path, places_m = found
         plan = self._plan(order, (path, places_m), frozenset(order[1:]), reports, turn=turn)
-        return plan.backing_up(intent.turnabout.back_by_m)
+        return plan.backing_up(intent.turnabout.back_by_m) if fits(plan.as_record()) else None
 
-    def stranded(self, plan: Plan, reports: Reports) -> list[Command]:
-        """A record for each robot that has reported and has no place in the formation."""
+    def stranded(self, plan: Plan, reports: Reports, no_room: frozenset[int]) -> list[Command]:
+        """A record for each robot that has reported and has no place in the formation.
+
+        `no_room`: those that have none because a message is not long enough.
+        """
         return [
             Note(
                 RobotStranded(
                     epoch=self.epoch.number,
                     robot=robot,
-                    reason=NO_WAY,
+                    reason=NO_ROOM if robot in no_room else NO_WAY,
                     by=self._in_the_way(robot, plan.order[-1], reports),
                 )
             )

@@ -8,7 +8,8 @@ Rule 3: a robot that is lost before that is dropped, and the draft begins again 
         also begins again when another robot has reported. A draft begins only when no robot has a turn any
         more, and all places are newer than all turns. Otherwise a robot's view of its leg may show where
         another robot stood before its turn.
-Rule 4: it goes by phases (`agents.coordinating.phases`).
+Rule 4: what no message can tell has no place in the formation: robots without a place are told so.
+Rule 5: it goes by phases (`agents.coordinating.phases`).
 """
 
 from collections.abc import Mapping
@@ -29,6 +30,7 @@ from agents.liveness.timing import Timing
 from protocol.fence import Epoch, Fence, May
 from protocol.frames import Point
 from protocol.mission import Mission
+from protocol.wire.codec import fits
 from protocol.wire.messages import Odometry
 from protocol.wire.view import Join, Report
 
@@ -67,6 +69,8 @@ class Coordinator:
         self._turns = Turns(epoch, timing, now_s)
         self._telling = Telling(epoch, timing, self._reported, self._questions, self._turns, now_s=now_s)
         self._join: Join | None = None
+        self._no_room: set[int] = set()
+        """Who had no turn, since no message can say where the strand ends."""
 
     def hear(self, robot: int, report: Report, now_s: float) -> None:
         """Take in a report; it is answered at the next `act`, whatever it says."""
@@ -179,7 +183,12 @@ class Coordinator:
             commands += self._turns.put(fence, now_s, may=May.NOBODY)
         match next_:
             case Give(robot, makes_way):
-                self._join = join_for(draft, robot, self._reports, fence.turn + 1, makes_way=makes_way)
+                join = join_for(draft, robot, self._reports, fence.turn + 1, makes_way=makes_way)
+                if not fits(join):
+                    self._no_room.add(robot)
+                    draft.end_turn(robot, placed=False)
+                    return self._turns.put(fence, now_s, may=May.NOBODY) if fence.may is May.ONE else []
+                self._join = join
                 self._moved_s = now_s
                 self._reported.ask({robot})
                 life = self._reports[robot].life
@@ -222,7 +231,9 @@ class Coordinator:
             return []
         driven = frozenset(draft.driven)
         plan = self._agreement.drafted(draft.strand, draft.legs, driven, self._reports, turn=fence.turn + 1)
-        return self._agreement.stranded(plan, self._reports) + self._make(plan, fence, now_s)
+        no_room = self._no_room.union(draft.strand).difference(plan.order)
+        stranded = self._agreement.stranded(plan, self._reports, frozenset(no_room))
+        return stranded + self._make(plan, fence, now_s)
 
     def _waits_for_reports(self, now_s: float) -> bool:
         """Whether robots are still waited for; a draft does not wait for long for one that is not heard."""

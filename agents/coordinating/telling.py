@@ -116,7 +116,7 @@ class Telling:
             after_turn=self._turns.put_for(robot),
             out=self.plan is not None,
             stranded=robot in self.stranded,
-            question=self._questions.pending(robot),
+            question=None if has_turn else self._questions.pending(robot),  # a message has room for one
             join=join if has_turn else None,
             rank=rank,
             wants_map=self._asks_map_since_s is not None and newest_map(counted) == report,

@@ -22,6 +22,7 @@ SCHEMA_VERSION = 3
 SIZE_MAX_BYTES = 65_536  # the largest scan, with 7200 directions, takes 64.9 kB
 UINT32 = 0xCE  # msgpack: an integer of 4 bytes, most significant first
 SEAL_BYTES = 5
+AROUND_BYTES_MAX = 512  # of what surrounds a part of a message that may be large
 REASON_LENGTH_MAX = 200  # a reason may quote the peer's text, which can be as long as its message
 
 
@@ -36,6 +37,11 @@ class _Envelope(msgspec.Struct, frozen=True):
 def packed(value: Any) -> bytes:  # noqa: ANN401 - msgspec's own signature; any of our types
     """One of our types as msgpack."""
     return bytes(msgpack.packb(msgspec.to_builtins(value)))
+
+
+def fits(part: Any) -> bool:  # noqa: ANN401 - as `packed`
+    """Whether a message has room for this part."""
+    return len(packed(part)) <= SIZE_MAX_BYTES - AROUND_BYTES_MAX
 
 
 def sealed(content: bytes, key: str = "") -> bytes:

@@ -1,11 +1,14 @@
 """Turns: what is late, repeated or of another life moves no body. Each test is a schedule of the design."""
 
+import pytest
 from msgspec.structs import replace
 
+from agents.coordinating import coordinator
+from agents.coordinating.agreeing import NO_ROOM
 from agents.membership.states import State
 from clew.explore.setting import SCATTERED
 from protocol.fence import May, Raise, Turn
-from protocol.timeline import FenceChanged, OrderAccepted, OrderRefused, RobotPlaced
+from protocol.timeline import FenceChanged, OrderAccepted, OrderRefused, RobotPlaced, RobotStranded
 from protocol.wire.messages import Drive, Odometry, Scan
 from protocol.wire.view import Answer, Formation, Report
 from tests.support.stages.view_stage import Post, ViewStage, in_turn, of
@@ -223,3 +226,14 @@ def test_v4_a_scan_of_before_a_turn_shows_nobody_a_clear_leg() -> None:
     assert not drives_after(stage, 2, first)
     stage.heal()
     stage.run(lambda: stage.fence.may is May.ALL)
+
+
+def test_a_strand_of_which_no_message_can_tell_goes_on_without_the_others_and_says_why(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(coordinator, "fits", lambda part: len(part.strand) + len(part.line) <= 2)
+    stage = ViewStage.begun(FAR)
+    stage.run(lambda: stage.fence.may is May.ALL, s_max=120.0)
+    assert stage.formed is not None
+    assert len(stage.formed.order) == 2, "the second robot has a turn, the third none"
+    assert {each.reason for each in stage.records_of(RobotStranded)} == {NO_ROOM}

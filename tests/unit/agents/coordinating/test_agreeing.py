@@ -1,10 +1,14 @@
-"""What a coordinator counts for the next formation."""
+"""What a coordinator counts for the next formation, and how many robots that can have."""
 
 import pytest
+from msgspec.structs import replace
 
-from agents.coordinating.agreeing import Agreement, Intent
+from agents.commands import Note
+from agents.coordinating.agreeing import NO_ROOM, Agreement, Intent
 from protocol.fence import Cause, Epoch
-from protocol.frames import Pose
+from protocol.frames import ROBOTS_MAX, Pose
+from protocol.network.outbox import Outbox
+from protocol.timeline import RobotStranded
 from protocol.wire.view import Counters, Former, Report
 
 ENDED, EPOCH = Epoch(generation=1, robot=1, life=5), Epoch(generation=2, robot=2, life=6)
@@ -34,3 +38,24 @@ def test_all_robots_of_a_closed_strand_have_led_in_vain_and_those_that_were_left
     intent = Intent(Cause.NO_WAY, 2, is_closed=is_closed, ended=ENDED)
     agreement = Agreement(2, EPOCH, intent, sensed=False, neighbours={})
     assert agreement.counters(reports).led_in_vain == led
+
+
+def test_a_formation_has_as_many_robots_as_a_message_can_tell_and_the_others_learn_why() -> None:
+    robots = range(1, ROBOTS_MAX + 1)
+    places = [Pose(x_m=0.987654321 * robot, y_m=0.123 * (robot % 2), heading_rad=0.1) for robot in robots]
+    reports = {
+        robot: replace(report(robot), place=place, life=2**62 + robot)
+        for robot, place in zip(robots, places, strict=True)
+    }
+    agreement = Agreement(2, EPOCH, Intent(Cause.START), sensed=False, neighbours={})
+    plan = agreement.drafted(robots, {}, frozenset(), reports, turn=1)
+    Outbox().add(plan.as_record(), t_s=0.0, hlc="")  # else the coordinator would end here
+    assert 1000 < len(plan.order) < ROBOTS_MAX
+    assert plan.order == tuple(robots[: len(plan.order)])
+    left_out = frozenset(robots) - set(plan.order)
+    notes = agreement.stranded(plan, reports, left_out)
+    told = [
+        note.record for note in notes if isinstance(note, Note) and isinstance(note.record, RobotStranded)
+    ]
+    assert {each.robot for each in told} == left_out
+    assert {each.reason for each in told} == {NO_ROOM}
