@@ -232,9 +232,9 @@ class Membership:
         self._driver.stand()
         if self._fence.robot == self._robot:
             return []
-        answer = None if self._reporter is None else self._reporter.answer
-        told, stood_s = answer is not None and answer.stranded, self._driver.odometry.stood_s
-        stranded = self._pleas.note_stranded(now_s, told=told, stood_s=stood_s)
+        told_s = None if self._reporter is None else self._reporter.told_stranded_s
+        stood_s = self._driver.odometry.stood_s
+        stranded = self._pleas.note_stranded(now_s, told_s=told_s, stood_s=stood_s)
         plea = Plea(epoch=self._fence.epoch, life=self._life, stranded=stranded)
         return self._pleas.ask(plea, self._fence, now_s)
 

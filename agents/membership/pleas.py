@@ -41,17 +41,17 @@ class Pleas:
         self._said_at_s = now_s
         return [Say(fence.robot, plea)]
 
-    def note_stranded(self, now_s: float, *, told: bool, stood_s: float) -> bool:
+    def note_stranded(self, now_s: float, *, told_s: float | None, stood_s: float) -> bool:
         """Rule 3: whether no way was found for this robot, and no body has moved since.
 
         Args:
             now_s: the time.
-            told: whether the coordinator says that no way was found.
+            told_s: when the coordinator of this view said that no way was found; None: it did not.
             stood_s: for how long all bodies have stood.
         """
-        if told:
-            self._stranded_s = now_s
-        return told or stood_s + self.timing.gap_s >= now_s - self._stranded_s
+        if told_s is not None:
+            self._stranded_s = max(self._stranded_s, told_s)
+        return stood_s + self.timing.gap_s >= now_s - self._stranded_s
 
     def forget(self) -> None:
         """There is a new view: who wants to be let in asks again."""

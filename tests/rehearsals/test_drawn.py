@@ -86,6 +86,8 @@ def rehearsed(name: str, seed: int, *, decided: Callable[[World], bool]) -> tupl
         ("shunned-in-front-in-a-corridor", 70159, 10.9, ()),
         # Three are locked in a pocket by a dead body; the one outside has to go on without them.
         ("outside-of-a-closed-pocket", 111623, 18.384, ()),
+        # A robot that found no way to a place must ask again when the others have driven on.
+        ("left-behind-when-the-others-drive-on", 991, 12.479, ()),
     ],
 )
 def test_a_fleet_heals_in_a_case_in_which_it_once_did_not(

@@ -75,7 +75,14 @@ def test_a_stranded_robot_is_let_in_only_by_a_leader_that_has_arrived() -> None:
 
 def test_a_robot_is_stranded_in_later_views_until_a_body_has_moved() -> None:
     pleas = Pleas(TIMING)
-    assert not pleas.note_stranded(9.0, told=False, stood_s=9.0), "nobody has looked for a way yet"
-    assert pleas.note_stranded(10.0, told=True, stood_s=0.0)
-    assert pleas.note_stranded(30.0, told=False, stood_s=20.0)
-    assert not pleas.note_stranded(31.0, told=False, stood_s=5.0), "a body has moved"
+    assert not pleas.note_stranded(9.0, told_s=None, stood_s=9.0), "nobody has looked for a way yet"
+    assert pleas.note_stranded(10.0, told_s=10.0, stood_s=0.0)
+    assert pleas.note_stranded(30.0, told_s=None, stood_s=20.0)
+    assert not pleas.note_stranded(31.0, told_s=None, stood_s=5.0), "a body has moved"
+
+
+def test_in_the_view_in_which_it_was_told_so_a_robot_is_stranded_until_a_body_has_moved() -> None:
+    pleas = Pleas(TIMING)
+    assert pleas.note_stranded(10.0, told_s=10.0, stood_s=0.0)
+    assert pleas.note_stranded(20.0, told_s=10.0, stood_s=10.0)
+    assert not pleas.note_stranded(21.0, told_s=10.0, stood_s=0.5)
