@@ -1,8 +1,8 @@
 """When a robot's way in the strand counts as blocked, and what it wants then. Liveness.
 
-Rule 1: a robot whose way has been blocked for too long wants the strand to dissolve. One that waits for the
-        robot behind is not blocked. One that backs up may also be kept back by robots behind it that have
-        come to stand. A block that goes away before the fence has risen changes nothing.
+Rule 1: a robot whose way has been blocked for too long wants the strand to dissolve: by what it sees, or by
+        robots behind it that have come to stand. One that waits for the robot behind is not blocked. A block
+        that goes away before the fence has risen changes nothing.
 Rule 2: after `DISSOLVED_MAX` times the route is lost, and the leader says so. It does so at once in a strand
         that has dissolved once more because another robot was blocked.
 """
@@ -27,10 +27,10 @@ class Blocked:
         self._watch = watch
         self._patience_s = STILL_S_MAX if mission.obstacles_move else BLOCKED_S
 
-    def is_so(self, now_s: float, *, backs_up: bool) -> bool:
+    def is_so(self, now_s: float) -> bool:
         """Rule 1, of a robot that does not wait."""
         stopped_at_s = min(self._advance.refused_at_s, self._watch.still_since_s)
-        if backs_up and self._strand.quiet_s >= self._patience_s:
+        if self._strand.quiet_s >= self._patience_s:
             stopped_at_s = min(stopped_at_s, self._advance.kept_back_at_s)
         return now_s - stopped_at_s >= self._patience_s
 

@@ -239,7 +239,7 @@ class Member:
             self._wish = self._reversing.wish if self._backs_up else self._leading.wish
         if self._wish is not None or self._lost:
             return []
-        is_blocked = not self._held and self._blocked.is_so(now_s, backs_up=self._backs_up)
+        is_blocked = not self._held and self._blocked.is_so(now_s)
         if self._leads and self._blocked.has_lost(is_blocked=is_blocked):
             self._lost = True
             return [

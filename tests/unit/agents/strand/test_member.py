@@ -11,7 +11,8 @@ from agents.strand.leader import NO_WAY, DeadEnd, Leader
 from agents.strand.leading import TURNS_MAX
 from agents.strand.wish import Turnabout
 from protocol.fence import Cause
-from protocol.frames import Point, Vertex
+from protocol.frames import Point, Pose, Vertex
+from protocol.path import Path
 from protocol.timeline import (
     LeaderSucceeded,
     RobotArrived,
@@ -331,3 +332,16 @@ def test_after_too_many_turns_without_a_step_the_route_is_lost(
     assert [record.reason for record in stage.records(RouteLost)] == is_lost * [
         "the strand has turned round too often in vain"
     ]
+
+
+def test_a_robot_in_whose_way_the_ones_behind_stand_wants_the_strand_to_dissolve() -> None:
+    corners = [(0.16, -0.29), (0.0, 0.0), (0.31, -0.11), (1.34, 0.75)]  # the third passes the first too near
+    at = dict(zip((3, 2, 1), (corners[0], corners[1], corners[3]), strict=True))
+    places = {robot: Pose(x_m=x_m, y_m=y_m, heading_rad=0.0) for robot, (x_m, y_m) in at.items()}
+    stage = MemberStage(MISSION, places, ORDER)
+    path = Path(Point(x_m=x_m, y_m=y_m) for x_m, y_m in corners)
+    stage.form(path, {3: 0.0, 2: path[1].s_m, 1: path.end_m}, driven=True)
+    stage.run(3.0 * BLOCKED_S)
+    wish = stage.members[2].wish
+    assert wish is not None
+    assert wish.cause is Cause.BLOCKED
