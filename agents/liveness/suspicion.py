@@ -1,7 +1,8 @@
 """Whom a robot holds for lost, from tokens, silence and its own gaps. Pure; liveness only.
 
 Rule 1: a neighbour is lost when its token has gone and it has not been heard since for a moment; or when it
-        has been silent for longer than its own usual silences allow.
+        has been silent for longer than its own usual silences allow. When no body has moved for long, it may
+        not be silent at all: that it lives does not help those that wait for it.
 Rule 2: a robot that has just had a gap of its own, or sees no token of the world, judges nobody. It has had
         one when its clock leaps: its process was late, or odometry was lost. It finds that before it handles
         anything that has waited meanwhile.
@@ -57,14 +58,22 @@ class Suspicion:
         """Rule 2."""
         return self.presence.connected and now_s - self._awake_since_s >= self.timing.listens_s
 
-    def why_lost(self, link: Link[AheadState] | Link[BehindState], now_s: float) -> str | None:
-        """Rule 1: `token` or `silence`; None: the neighbour may be there."""
+    def why_lost(
+        self, link: Link[AheadState] | Link[BehindState], now_s: float, *, all_wait: bool = False
+    ) -> str | None:
+        """Rule 1: `token` or `silence`; None: the neighbour may be there.
+
+        Args:
+            link: to the neighbour.
+            now_s: the time.
+            all_wait: whether no body has moved for long, though this robot has not arrived.
+        """
         if not self.judges(now_s):
             return None
         if self.presence.is_lost(link.neighbour, max(link.heard_at_s, link.made_at_s), now_s):
             return "token"
         patience_s = max(self.silent_s_max, USUAL_SILENCES * link.usual_s)
-        return "silence" if link.silent_s(now_s) > patience_s else None
+        return "silence" if link.silent_s(now_s) > patience_s or (all_wait and link.silent) else None
 
     def has_gone(self, robot: int, heard_at_s: float, now_s: float) -> bool:
         """Whether a robot's token has gone, and it has not been heard since."""

@@ -109,8 +109,9 @@ class Proposing:
         wish, plea = member.wish, self._pleas.reason(now_s, stands=not odometry.moving)
         if wish is not None and (plea is None or wish.cause not in {Cause.DEAD_END, Cause.NO_WAY}):
             return Reason(wish.cause, wish.why, wish.about)
+        all_wait = not member.arrived and odometry.stood_s > self._timing.stood_s
         for link in member.strand.links:
-            how = self._suspicion.why_lost(link, now_s)
+            how = self._suspicion.why_lost(link, now_s, all_wait=all_wait)
             if how is not None:
                 return Reason(Cause.NEIGHBOUR_LOST, f"robot {link.neighbour} is lost", link.neighbour, how)
         return plea

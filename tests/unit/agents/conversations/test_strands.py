@@ -10,7 +10,7 @@ from clew.explore.setting import SCATTERED, SETTINGS, Setting
 from protocol.fence import Cause, Epoch, May, Raise
 from protocol.frames import Pose
 from protocol.timeline import FenceChanged, RobotHeld, SegmentChecked, StrandReversed, ViewProposed
-from protocol.wire.messages import AheadState, BehindState, Drive, Odometry
+from protocol.wire.messages import AheadState, BehindState, Drive, Odometry, Scan
 from protocol.wire.view import Answer, Formation, Plea, Report
 from tests.support.stages.view_stage import Post, ViewStage, of
 
@@ -285,3 +285,12 @@ def test_a_robot_that_does_not_count_for_now_goes_on_reporting_until_the_formati
 def test_a_strand_of_scattered_robots_comes_to_the_goal() -> None:
     stage = ViewStage.driving(SCATTERED)
     stage.run(lambda: math.dist(stage.place(1), (3.4, 1.5)) < 0.2, s_max=40.0)
+
+
+def test_a_leader_that_lives_but_hears_too_little_to_drive_is_succeeded() -> None:
+    stage = ViewStage.begun()
+    stage.lose(of(Scan, receiver=1))
+    stage.raised_by(2)
+    stage.run(lambda: stage.fence.may is May.ALL)
+    stage.lose(lambda post: post.receiver == 1 and stage.now_s % 3.5 > 0.3)
+    stage.run(lambda: stage.formed is not None and stage.formed.order == (2, 3), s_max=40.0)

@@ -49,6 +49,14 @@ def test_where_a_neighbour_is_seldom_heard_a_silence_is_long_only_by_that() -> N
     assert awake(2).why_lost(link, 10.0 + SILENT_S) == "silence"
 
 
+def test_where_all_wait_a_neighbour_that_is_silent_is_lost_however_seldom_it_is_heard() -> None:
+    link = heard(10.0 - 1.5, every_s=SILENT_S)
+    assert awake(2).why_lost(link, 10.0, all_wait=True) is None
+    link.silent = True
+    assert awake(2).why_lost(link, 10.0) is None
+    assert awake(2).why_lost(link, 10.0, all_wait=True) == "silence"
+
+
 def test_a_robot_that_has_had_a_gap_of_its_own_judges_nobody_until_it_has_listened() -> None:
     suspicion = awake(2)
     back_s = 10.0 + TIMING.gap_s + 0.1
