@@ -58,7 +58,9 @@ class Coordinator:
         self._timing = timing
         self._suspicion = suspicion
         self._agreement = Agreement(robot, epoch, intent, mission.goal is None, neighbours)
-        self._began_s = self._moved_s = now_s
+        self._began_s = self._acted_s = now_s
+        self._idle_s = 0.0
+        """How much longer bodies have stood than driven in this turn."""
         self._questions = Questions(mission, timing)
         self.phase = Phase.GATHERING
         self._reported = Reported(suspicion, now_s)
@@ -100,8 +102,9 @@ class Coordinator:
     def act(self, odometry: Odometry, now_s: float) -> list[Command]:
         """What is to be done now."""
         fence = odometry.fence
-        if odometry.moving or odometry.stood_s < self._timing.put_s:
-            self._moved_s = now_s
+        is_driven = odometry.moving or odometry.stood_s < self._timing.put_s
+        passed_s, self._acted_s = now_s - self._acted_s, now_s
+        self._idle_s = max(0.0, self._idle_s - passed_s if is_driven else self._idle_s + passed_s)
         commands: list[Command] = []
         if not self._turns.are_told(fence):
             commands += self._turns.repeat(now_s)
@@ -189,7 +192,7 @@ class Coordinator:
                     draft.end_turn(robot, placed=False)
                     return self._turns.put(fence, now_s, may=May.NOBODY) if fence.may is May.ONE else []
                 self._join = join
-                self._moved_s = now_s
+                self._idle_s = 0.0
                 self._reported.ask({robot})
                 life = self._reports[robot].life
                 return self._turns.put(fence, now_s, may=May.ONE, robot=robot, life=life)
@@ -210,7 +213,7 @@ class Coordinator:
         if report.ended >= fence.turn:
             draft.end_turn(fence.robot, placed=report.placed)
             return True
-        if now_s - self._moved_s <= self._timing.turn_s or not self._suspicion.judges(now_s):
+        if self._idle_s <= self._timing.turn_s or not self._suspicion.judges(now_s):
             return False
         if fence.robot != self._robot:
             self._suspicion.blame(fence.robot, now_s, penalty=SLOW_PENALTY)

@@ -38,7 +38,7 @@ class Timing:
     looks_s: float = 3.0
     """It waits so long for a robot to look at its leg."""
     turn_s: float = 12.0
-    """It takes a turn back when the robot has not moved for so long."""
+    """It takes a turn back when the robot has stood for so much longer than it has driven."""
     coordinator_s: float = 1.5
     """A coordinator is lost when there has been no word from it and no new turn for so long."""
     stood_s: float = 20.0

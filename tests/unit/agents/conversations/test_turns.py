@@ -237,3 +237,12 @@ def test_a_strand_of_which_no_message_can_tell_goes_on_without_the_others_and_sa
     assert stage.formed is not None
     assert len(stage.formed.order) == 2, "the second robot has a turn, the third none"
     assert {each.reason for each in stage.records_of(RobotStranded)} == {NO_ROOM}
+
+
+def test_a_turn_is_taken_back_from_a_robot_that_stands_for_most_of_it_though_it_moves_now_and_then() -> None:
+    stage = in_turn(1, 3, FAR)
+    fence, began_s = stage.fence, stage.now_s
+    stage.lose(lambda post: post.receiver == 3 and (stage.now_s - began_s) % 10.0 > 0.1)
+    stage.run(lambda: stage.fence != fence, s_max=25.0)
+    assert stage.fence.epoch == fence.epoch
+    assert not [post for post in stage.sent(of(Report, sender=3)) if post.thing.ended == fence.turn]
