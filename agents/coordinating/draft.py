@@ -20,7 +20,7 @@ Rule 6: where a robot that asks a strand on its way to let it in finds no way, t
         but one that would lead, as in rule 4, is tried as leader.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -35,6 +35,7 @@ from agents.coordinating.order import (
     other_order,
     places_of,
     positions,
+    rejoined,
 )
 from agents.liveness.timing import Timing
 from protocol.fence import Cause
@@ -86,8 +87,9 @@ class Draft:
     driven: set[int] = field(default_factory=set)
     """Whose leg the robot ahead has driven."""
     _led_before: tuple[int, ...] = ()  # who had led in vain before this view
-    _front: tuple[int, ...] = ()
+    _front: tuple[int, ...] = ()  # of those that stay
     _stayed: tuple[int, ...] = ()
+    _holds: int = 0  # so many have to be in place for the order that is tried
     _trial: bool = True
     _is_last_try: bool = False
     _in_vain: dict[int, tuple[int, ...]] = field(default_factory=dict)  # behind which strand, by robot
@@ -115,18 +117,30 @@ class Draft:
         stayed = [robot for robot in self.strand if robot in reports]
         if not stayed and self.keeps and not self.led:
             stayed = former_order(reports)
-        self._front = self._stayed = ()
+        self._front, self._stayed, self._holds = (), (), 0
         if self._is_last_try:
             self.order = other_order(places, self._led_before, self.mission.goal)
         elif self.led and not self.strand:
             self.order = other_order(places, self.led, self.mission.goal)
         elif stayed:
-            self._stayed = tuple(stayed)
-            self._front = in_front(places, stayed, self.mission.goal) if self._trial else ()
-            self.order = kept_order(places, stayed, self._front)
+            self.order = self._order_of(reports, stayed)
         else:
             self.order = order_at_start(places, self.mission.goal, obstacle_m)
         self.strand = []
+
+    def _order_of(self, reports: Mapping[int, Report], stayed: Sequence[int]) -> tuple[int, ...]:
+        """The order in which these stay, with others between or before them if nobody has to move."""
+        self._stayed = tuple(stayed)
+        if not self._trial:
+            return kept_order(places_of(reports), stayed, ())
+        places, kept = places_of(reports), stayed
+        if self.keeps and not self.led:
+            kept = rejoined(reports, stayed)
+        order = kept_order(places, kept, in_front(places, kept, self.mission.goal))
+        self._front = order[: min(order.index(robot) for robot in stayed)]
+        until = 1 + max(order.index(robot) for robot in stayed)
+        self._holds = until if until > len(stayed) else 0
+        return order
 
     def forget_order(self) -> None:
         """The order is to be computed anew, when robots have looked around."""
@@ -150,7 +164,7 @@ class Draft:
         while stays < clear and order[stays] in self.driven:
             stays += 1
         count = max(count, stays)
-        if self._front and count < len(self._front) + len(self._stayed):
+        if count < self._holds:
             self._trial = False
             return False
         self.strand = list(self.order[:count])
