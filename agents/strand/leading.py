@@ -189,7 +189,7 @@ class Leading:
     def _turn_back(self, back_to_m: float) -> list[Command]:
         """Rule 2; where other leaders are being tried, they have turned round before."""
         counters, path = self._strand.counters, self._strand.path
-        if counters.led_in_vain:
+        if counters.led_in_vain and counters.turns:
             return self._give_up_lead("the only way leads back")
         if counters.turns >= TURNS_MAX:
             return self._lose("the strand has turned round too often in vain")
