@@ -125,12 +125,11 @@ class Stadiums:
         self._to_inside = to_nearest[inside]
         # Where the start touches, rounding must not decide whether a motion along the wall is free.
         keep_m = np.maximum(keep_m - np.where(off_m < keep_m + TOUCHING_M, TOUCHING_M / 2.0, 0.0), 0.0)
-        starts, ends, keep_m = starts[~inside] - origin, ends[~inside] - origin, keep_m[~inside]
-        self._nearest_m = off_m[~inside] - keep_m - TOUCHING_M
-        self._keep_m = keep_m
-        self._discs = _discs(starts, keep_m), _discs(ends, keep_m)
-        self._sides = _sides(starts, ends)
-        self._low_rad, self._high_rad = _seen_rad(starts, ends, keep_m)
+        # Only `_to_inside` speaks for a segment that is nearer than its distance.
+        self._nearest_m = np.where(inside, np.inf, off_m - keep_m - TOUCHING_M)
+        x, y = np.stack([starts - origin, ends - origin], axis=1).T  # (2, n) each: of both ends
+        self._shapes = _shapes(x, y, keep_m)
+        self._low_rad, self._high_rad = _seen_rad(x, y, keep_m)
 
     def travel_m(self, headings: Floats) -> Floats:
         """The free distance in each direction.
@@ -147,22 +146,21 @@ class Stadiums:
             approaching = headings @ self._to_inside.T > TOUCHING_M
             free[approaching.any(axis=1)] = 0.0
         heading, segment = self._in_sight(headings)
-        # A first sample shows how few of the others matter.
-        first = (segment % FIRST_OF == 0) | (len(segment) <= FEW)
-        for part in (np.flatnonzero(first), np.flatnonzero(~first)):
-            pairs = part[self._nearest_m[segment[part]] < free[heading[part]]]
-            if len(pairs):
-                entry = self._entries(headings[heading[pairs]].T, segment[pairs])
-                np.minimum.at(free, heading[pairs], entry)
+        parts = [(heading, segment)]
+        if len(segment) > FEW:  # a first sample shows how few of the others matter
+            first = segment % FIRST_OF == 0
+            parts = [(heading[part], segment[part]) for part in (first, ~first)]
+        for headings_of, segments in parts:
+            matters = self._nearest_m[segments] < free[headings_of]
+            if matters.any():
+                to, of = headings_of[matters], segments[matters]
+                np.minimum.at(free, to, self._entries(headings[to].T, of))
         return free
 
     def _entries(self, directions: Floats, segment: Indices) -> Floats:
         """Distance to one stadium in one direction each, (2, p), from the origin, which is outside all."""
-        starts, ends = self._discs
-        entry = np.minimum(
-            _into_disc(directions, starts[:, segment]), _into_disc(directions, ends[:, segment])
-        )
-        entry = np.minimum(entry, _into_slab(directions, self._sides[:, segment], self._keep_m[segment]))
+        shapes = self._shapes[:, segment]
+        entry = np.minimum(_into_discs(directions, shapes[:7]), _into_slab(directions, shapes[7:]))
         return np.maximum(entry, 0.0)
 
     def _in_sight(self, headings: Floats) -> tuple[Indices, Indices]:
@@ -203,55 +201,49 @@ def cut_where_near(
     )
 
 
-def _seen_rad(starts: Floats, ends: Floats, keep_m: Floats) -> tuple[Floats, Floats]:
+def _seen_rad(x: Floats, y: Floats, keep_m: Floats) -> tuple[Floats, Floats]:
     """The directions (n,), (n,) between which each stadium is seen, the first in (-pi, pi]."""
-    start_rad, end_rad = np.arctan2(starts[:, 1], starts[:, 0]), np.arctan2(ends[:, 1], ends[:, 0])
+    start_rad, end_rad = np.arctan2(y, x)
     turn_rad = (end_rad - start_rad + np.pi) % (2.0 * np.pi) - np.pi
-    half_start_rad, half_end_rad = _half_angle_rad(starts, keep_m), _half_angle_rad(ends, keep_m)
+    off_m = np.maximum(np.hypot(x, y), keep_m)
+    # Half the angle that the discs cover; a right angle where the origin touches.
+    half_start_rad, half_end_rad = np.arcsin(keep_m / np.where(off_m > 0.0, off_m, 1.0))
     low_rad = start_rad + np.minimum(-half_start_rad, turn_rad - half_end_rad) - GRAZING_RAD
     high_rad = start_rad + np.maximum(half_start_rad, turn_rad + half_end_rad) + GRAZING_RAD
     whole_turns_rad = np.floor((low_rad + np.pi) / (2.0 * np.pi)) * 2.0 * np.pi
     return low_rad - whole_turns_rad, high_rad - whole_turns_rad
 
 
-def _half_angle_rad(centres: Floats, radii: Floats) -> Floats:
-    """Half the angle that discs cover, seen from the origin; a right angle where the origin touches."""
-    off_m = np.maximum(np.hypot(centres[:, 0], centres[:, 1]), radii)
-    return np.asarray(np.arcsin(radii / np.where(off_m > 0.0, off_m, 1.0)))
+def _shapes(x: Floats, y: Floats, keep_m: Floats) -> Floats:
+    """What `_into_discs` needs of each stadium (7, n), and what `_into_slab` needs (7, n)."""
+    chord_x, chord_y = x[1] - x[0], y[1] - y[0]
+    length_m = np.hypot(chord_x, chord_y)
+    safe_m = np.where(length_m > 0.0, length_m, 1.0)
+    unit_x, unit_y = chord_x / safe_m, chord_y / safe_m
+    along_m = -(x[0] * unit_x + y[0] * unit_y)
+    across_m = x[0] * unit_y - y[0] * unit_x
+    side = np.sign(across_m)
+    # An origin that is nearer to the line but not inside is beyond the segment's ends, or touches it.
+    short_m = np.maximum(np.abs(across_m) - keep_m, 0.0)
+    discs = [*x, *y, *(x**2 + y**2), keep_m**2]
+    return np.stack([*discs, unit_x, unit_y, side * unit_y, side * unit_x, length_m, along_m, short_m])
 
 
-def _discs(centres: Floats, radii: Floats) -> Floats:
-    """Of each disc the centre, the square of its distance from the origin, and that of its radius (4, n)."""
-    x, y = centres.T
-    return np.stack([x, y, x**2 + y**2, radii**2])
-
-
-def _into_disc(directions: Floats, discs: Floats) -> Floats:
-    """Distance to a disc in one direction each, (2, p), from the origin, which is outside all."""
-    x, y, off2, radius2 = discs
+def _into_discs(directions: Floats, discs: Floats) -> Floats:
+    """Distance to the nearer end's disc in one direction each, (2, p), from the origin, which is outside."""
+    x, y, off2, radius2 = discs[0:2], discs[2:4], discs[4:6], discs[6]
     along = directions[0] * x + directions[1] * y
     half_chord2 = radius2 - (off2 - along**2)
     meets = (along > 0.0) & (half_chord2 > 0.0)
-    return np.where(meets, along - np.sqrt(np.where(meets, half_chord2, 0.0)), np.inf)
+    entry = np.where(meets, along - np.sqrt(np.where(meets, half_chord2, 0.0)), np.inf)
+    return np.asarray(entry.min(axis=0))
 
 
-def _sides(starts: Floats, ends: Floats) -> Floats:
-    """Each segment's unit vector and length, and the origin's position along and across it (5, n)."""
-    chord = (ends - starts).T
-    length = np.hypot(*chord)
-    unit = chord / np.where(length > 0.0, length, 1.0)
-    along = -(starts[:, 0] * unit[0] + starts[:, 1] * unit[1])
-    across = starts[:, 0] * unit[1] - starts[:, 1] * unit[0]
-    return np.stack([*unit, length, along, across])
-
-
-def _into_slab(directions: Floats, sides: Floats, keep_m: Floats) -> Floats:
+def _into_slab(directions: Floats, slabs: Floats) -> Floats:
     """Distance to the long side of a stadium in one direction each, (2, p), from the origin."""
-    unit_x, unit_y, length, along, across = sides
-    closing = (directions[0] * unit_y - directions[1] * unit_x) * np.sign(across)
+    unit_x, unit_y, side_y, side_x, length, along, short = slabs
+    closing = directions[0] * side_y - directions[1] * side_x
     meets = closing > PARALLEL
-    # A start that is nearer to the line but not inside is beyond the segment's ends, or touches it.
-    short = np.maximum(np.abs(across) - keep_m, 0.0)
-    entry = np.where(meets, short, np.inf) / np.where(meets, closing, 1.0)
-    foot = along + np.where(meets, entry, 0.0) * (directions[0] * unit_x + directions[1] * unit_y)
+    entry = short / np.where(meets, closing, 1.0)
+    foot = along + entry * (directions[0] * unit_x + directions[1] * unit_y)
     return np.where(meets & (foot >= 0.0) & (foot <= length), entry, np.inf)
