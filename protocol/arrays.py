@@ -1,5 +1,8 @@
 """The numpy array types of the project, and the geometry that robots and world share."""
 
+from functools import lru_cache
+from typing import TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -8,6 +11,7 @@ from protocol.frames import Point, Pose, Vertex
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Indices = NDArray[np.intp]
+Values = TypeVar("Values", Floats, Flags, Indices)
 
 
 def xy(at: Point | Pose | Vertex) -> Floats:
@@ -18,6 +22,24 @@ def xy(at: Point | Pose | Vertex) -> Floats:
 def scan_bearings_rad(directions: int) -> Floats:
     """The directions of a scan: evenly spaced, anti-clockwise from -pi [world frame]."""
     return np.asarray(-np.pi + 2.0 * np.pi * np.arange(directions) / directions)
+
+
+@lru_cache(maxsize=8)  # the sizes of scans in a run: a revolution, and closer looks
+def scan_rays(directions: int) -> Floats:
+    """The same as unit vectors (directions, 2), which cannot be changed."""
+    rays = unit_vectors(scan_bearings_rad(directions))
+    rays.setflags(write=False)
+    return rays
+
+
+def of_next(values: Values) -> Values:
+    """For each direction of a scan what the next one has (n, ...); `np.roll` takes several times as long."""
+    return np.concatenate((values[1:], values[:1]))
+
+
+def of_previous(values: Values) -> Values:
+    """For each direction of a scan what the previous one has (n, ...)."""
+    return np.concatenate((values[-1:], values[:-1]))
 
 
 def unit_vectors(bearings_rad: Floats) -> Floats:

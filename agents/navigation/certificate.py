@@ -22,7 +22,7 @@ import numpy as np
 
 from agents.navigation.scan import View
 from agents.navigation.sure import Sure, sure
-from protocol.arrays import Flags, Floats, nearest_on_segments, segments_apart, unit_vectors
+from protocol.arrays import Flags, Floats, nearest_on_segments, of_next, segments_apart, unit_vectors
 from protocol.mission import Bounds, Mission
 from protocol.sweep import Stadiums, cut_where_near
 
@@ -90,11 +90,11 @@ def short_step_m(mission: Mission) -> float:
 def _walls(seen: Sure, keep_m: float, leave_out: Flags | None = None) -> Walls:
     is_known = np.isfinite(seen.ranges_m)
     # The side at the end of a gap: from its arc to the next one's.
-    sided = is_known & np.roll(is_known, -1) & (seen.ranges_m != np.roll(seen.ranges_m, -1))
+    sided = is_known & of_next(is_known) & (seen.ranges_m != of_next(seen.ranges_m))
     if leave_out is not None:
-        sided &= ~np.roll(leave_out, -1)
+        sided &= ~of_next(leave_out)
     starts = np.concatenate([seen.starts[is_known], seen.ends[sided]])
-    ends = np.concatenate([seen.ends[is_known], np.roll(seen.starts, -1, axis=0)[sided]])
+    ends = np.concatenate([seen.ends[is_known], of_next(seen.starts)[sided]])
     return Walls(starts, ends, np.full(len(starts), keep_m))
 
 
@@ -107,7 +107,7 @@ def bounds_walls(bounds: Bounds, mission: Mission) -> Walls:
     """The four sides of the region, as walls (rule 3)."""
     low, high = (bounds.x_m_min, bounds.y_m_min), (bounds.x_m_max, bounds.y_m_max)
     corners = np.array([low, (high[0], low[1]), high, (low[0], high[1])])
-    return Walls(corners, np.roll(corners, -1, axis=0), np.full(4, mission.robot_radius_m + mission.mu0_m))
+    return Walls(corners, of_next(corners), np.full(4, mission.robot_radius_m + mission.mu0_m))
 
 
 def certified_lengths_m(origin: Floats, headings_rad: Floats, walls: Walls) -> Floats:

@@ -12,7 +12,7 @@ Rule 2: any ray that crosses proves that; which ones are tried is a matter of ti
 import numpy as np
 
 from agents.navigation.scan import View
-from protocol.arrays import Floats
+from protocol.arrays import Floats, of_next
 
 TRIED = 4  # rays for each gap: the first may end before it has crossed, at the wall that the gap is of
 PARALLEL = 1e-6  # sine of an angle at which a crossing is not computed
@@ -33,7 +33,7 @@ def divided_m(view: View, true_m: Floats, other: View, error_m: float) -> Floats
     ends = view.position + true_m[:, None] * rays - other.position
     to_view_rad = np.arctan2(-off[1], -off[0])
     turn_rad = _wrapped(to_view_rad - np.arctan2(ends[:, 1], ends[:, 0]))
-    turns = np.stack([turn_rad, np.roll(turn_rad, -1)])
+    turns = np.stack([turn_rad, of_next(turn_rad)])
     side = np.sign(turns[0])
     is_beside = (side != 0.0) & (side == np.sign(turns[1]))
     count, spacing_rad = len(other.ranges_m), 2.0 * np.pi / len(other.ranges_m)
@@ -46,7 +46,7 @@ def divided_m(view: View, true_m: Floats, other: View, error_m: float) -> Floats
         along = other.rays[ray]
         free_m = other.ranges_m[ray] - error_m
         crosses, nearest_m = is_beside, np.full(len(rays), np.inf)
-        for direction, limit_m in ((rays, true_m), (np.roll(rays, -1, axis=0), np.roll(true_m, -1))):
+        for direction, limit_m in ((rays, true_m), (of_next(rays), of_next(true_m))):
             sine = _cross(direction, along)
             safe = np.where(np.abs(sine) > PARALLEL, sine, 1.0)
             here_m, there_m = _cross(off, along) / safe, _cross(off, direction) / safe

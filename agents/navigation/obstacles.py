@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agents.navigation.scan import View
-from protocol.arrays import Flags, Floats
+from protocol.arrays import Flags, Floats, of_next, of_previous
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,11 @@ def find_obstacles(view: View, *, passable_m: float) -> list[Obstacle]:
         return []
     joined = _joined_to_previous(view, passable_m)
     first_of_run = np.flatnonzero(view.hits & ~joined)
-    last_of_run = np.flatnonzero(view.hits & ~np.roll(joined, -1))
+    last_of_run = np.flatnonzero(view.hits & ~of_next(joined))
     if len(first_of_run) == 0:  # hits all around, without an opening
         first_of_run, last_of_run = np.array([0]), np.array([len(view.hits) - 1])
     if last_of_run[0] < first_of_run[0]:  # a run across bearing -pi ends before it begins
-        last_of_run = np.roll(last_of_run, -1)
+        last_of_run = of_next(last_of_run)
     return [
         _obstacle(view, int(first), int(last)) for first, last in zip(first_of_run, last_of_run, strict=True)
     ]
@@ -53,8 +53,8 @@ def find_obstacles(view: View, *, passable_m: float) -> list[Obstacle]:
 
 def _joined_to_previous(view: View, passable_m: float) -> Flags:
     """Whether each direction's hit belongs to the same obstacle as the one clockwise of it (n,)."""
-    apart = np.hypot(*(view.points - np.roll(view.points, 1, axis=0)).T)
-    return np.asarray(view.hits & np.roll(view.hits, 1) & (apart < passable_m))
+    apart = np.hypot(*(view.points - of_previous(view.points)).T)
+    return np.asarray(view.hits & of_previous(view.hits) & (apart < passable_m))
 
 
 def _obstacle(view: View, first: int, last: int) -> Obstacle:

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from protocol.arrays import Flags, Floats, distances_to_segments, scan_bearings_rad, unit_vectors
+from protocol.arrays import Flags, Floats, distances_to_segments, scan_bearings_rad, scan_rays
 from protocol.wire.messages import Scan
 
 
@@ -33,12 +33,10 @@ class View:
     def __post_init__(self) -> None:
         fix(self.position, self.bearings_rad, self.ranges_m, self.hits)
 
-    @cached_property
+    @property
     def rays(self) -> Floats:
         """The directions as unit vectors (n, 2)."""
-        rays = unit_vectors(self.bearings_rad)
-        fix(rays)
-        return rays
+        return scan_rays(len(self.bearings_rad))
 
     @cached_property
     def points(self) -> Floats:

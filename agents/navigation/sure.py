@@ -35,7 +35,7 @@ import numpy as np
 
 from agents.navigation.crossing import divided_m
 from agents.navigation.scan import View
-from protocol.arrays import Flags, Floats
+from protocol.arrays import Flags, Floats, of_next
 from protocol.mission import Mission
 from protocol.wire.messages import RAYS_MAX
 
@@ -69,10 +69,10 @@ def sure(view: View, mission: Mission, *, leave_out: Flags | None = None, bodies
     """
     true_m = np.maximum(view.ranges_m - mission.range_error_m_max, 0.0)
     known_m = true_m if leave_out is None else np.where(leave_out, np.inf, true_m)
-    nearer_m = np.minimum(known_m, np.roll(known_m, -1))
+    nearer_m = np.minimum(known_m, of_next(known_m))
     ranges_m = np.maximum(mission.sure_share_in(len(true_m), bodies_only=bodies_only) * nearer_m, LEAST_M)
     for other in view.earlier:
         ranges_m = np.maximum(ranges_m, divided_m(view, true_m, other, mission.range_error_m_max))
     finite_m = np.where(np.isfinite(ranges_m), ranges_m, 0.0)[:, None]
-    starts, ends = (view.position + finite_m * each for each in (view.rays, np.roll(view.rays, -1, axis=0)))
+    starts, ends = (view.position + finite_m * each for each in (view.rays, of_next(view.rays)))
     return Sure(ranges_m, starts, ends)
