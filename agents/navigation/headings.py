@@ -1,10 +1,10 @@
-"""Which headings are worth a try: those on which a certified step may cost less than one that is known.
+"""Which steps are worth a try: those that may cost less than one that is known, if they are certified.
 
 Rule 1: the cost-to-go at a point is at least that of one of the four cells around it. So a step that ends at
         some cost ends within the diagonal of a cell of a cell with that cost or less.
 Rule 2: a certified step ends where the scan has seen: no further off than the longer one of the two rays
         beside its heading, since the walls of the scan cross all headings.
-Rule 3: both save time and decide nothing. In doubt a heading is tried.
+Rule 3: both save time and decide nothing. In doubt a step is tried.
 """
 
 import math
@@ -20,10 +20,12 @@ BESIDE_CELLS = 1.5  # more than the diagonal of a cell, by far more than roundin
 NEAR_CELLS = 20.0  # nearer cells count as seen: they lie beside too many rays
 
 
-def may_cost_less(view: View, headings_rad: Floats, cost_to_go: CostToGo, cost_m: float) -> Flags:
-    """The headings (h,) on which a certified step may end at this cost or less."""
+def may_cost_less(
+    view: View, headings_rad: Floats, cost_to_go: CostToGo, cost_m: float
+) -> tuple[Flags, float]:
+    """The headings (h,) on which a certified step may end at this cost or less, and its least length [m]."""
     if math.isinf(cost_m):
-        return np.ones(len(headings_rad), dtype=np.bool_)
+        return np.ones(len(headings_rad), dtype=np.bool_), 0.0
     cell_m = cost_to_go.grid.cell_m
     beside_m = BESIDE_CELLS * cell_m
     reach_m = float(view.ranges_m.max()) + beside_m
@@ -32,7 +34,8 @@ def may_cost_less(view: View, headings_rad: Floats, cost_to_go: CostToGo, cost_m
     is_seen = off_m <= np.maximum(_seen_m(view, bearings_rad) + beside_m, NEAR_CELLS * cell_m)
     off_m, bearings_rad = off_m[is_seen], bearings_rad[is_seen]
     half_rad = np.where(off_m > beside_m, np.arcsin(beside_m / np.maximum(off_m, beside_m)), math.pi)
-    return _within(headings_rad, bearings_rad - half_rad, bearings_rad + half_rad)
+    least_m = float(off_m.min(initial=math.inf)) - beside_m
+    return _within(headings_rad, bearings_rad - half_rad, bearings_rad + half_rad), least_m
 
 
 def _seen_m(view: View, bearings_rad: Floats) -> Floats:

@@ -105,16 +105,18 @@ def _best_step(view: View, walls: Walls, cost_to_go: CostToGo) -> Step:
     headings = _headings(_bearings_rad(way, view.position))
     tried, costs = np.zeros((len(headings), LENGTHS)), np.full((len(headings), LENGTHS), np.inf)
 
-    def rank(some: Indices) -> None:
-        tried[some] = _tried(_certified_m(view, walls, headings[some]))
-        ends = _ends(view.position, headings[some], tried[some])
-        costs[some] = cost_to_go.at(ends.reshape(-1, 2)).reshape(-1, LENGTHS)
+    def rank(some: Indices, least_m: float = 0.0) -> None:
+        tried[some] = lengths_m = _tried(_certified_m(view, walls, headings[some]))
+        heading, length = np.nonzero(lengths_m >= least_m)
+        directions = unit_vectors(headings[some])[heading]
+        ends = view.position + lengths_m[heading, length, None] * directions
+        costs[some[heading], length] = cost_to_go.at(ends)
 
     first = np.arange(0, len(way), FIRST_OF)
     rank(first)
-    others = may_cost_less(view, headings, cost_to_go, float(costs.min()))
+    others, least_m = may_cost_less(view, headings, cost_to_go, float(costs.min()))
     others[first] = False
-    rank(np.flatnonzero(others))
+    rank(np.flatnonzero(others), least_m)
     best = np.unravel_index(np.argmin(costs), costs.shape)
     cost_m = float(costs[best]) if costs[best] < np.inf else None
     return Step(wrap(float(headings[best[0]])), float(tried[best]), cost_to_go_m=cost_m)

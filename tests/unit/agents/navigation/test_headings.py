@@ -44,15 +44,19 @@ def test_no_certified_step_costs_less_on_a_heading_that_is_not_tried(
     ways = known.cost_to_go(xy(goal), tolerance_m=0.1)
     headings_rad = np.linspace(-np.pi, np.pi, 181)
     lengths_m = np.minimum(certified_lengths_m(view.position, headings_rad, walls), view.ranges_m.max())
-    ends = unit_vectors(headings_rad)[:, None] * (lengths_m[:, None] * np.linspace(0.0, 1.0, 40))[..., None]
-    costs = ways.at(ends.reshape(-1, 2)).reshape(len(headings_rad), -1).min(axis=1)
+    shares = np.linspace(0.0, 1.0, 40)
+    ends = unit_vectors(headings_rad)[:, None] * (lengths_m[:, None] * shares)[..., None]
+    costs = ways.at(ends.reshape(-1, 2)).reshape(len(headings_rad), -1)
     known_m = float(np.quantile(costs[np.isfinite(costs)], share)) if np.isfinite(costs).any() else np.inf
-    is_tried = may_cost_less(view, headings_rad, ways, known_m)
+    is_tried, least_m = may_cost_less(view, headings_rad, ways, known_m)
     assert (costs[~is_tried] > known_m).all()
+    assert (costs[lengths_m[:, None] * shares < least_m] > known_m).all()
 
     with pytest.MonkeyPatch.context() as patch:
         best = step.certified_step_to_goal(view, walls, ways)
-        patch.setattr(step, "may_cost_less", lambda _, headings, *__: np.ones(len(headings), dtype=np.bool_))
+        patch.setattr(
+            step, "may_cost_less", lambda _, headings, *__: (np.ones(len(headings), dtype=np.bool_), 0.0)
+        )
         assert best == step.certified_step_to_goal(view, walls, ways)
 
 
@@ -63,8 +67,8 @@ def test_behind_a_wall_no_heading_is_tried() -> None:
     known.remember(view.hit_points)
     ways = known.cost_to_go(xy(Point(x_m=2.5, y_m=0.0)), tolerance_m=0.1)
     headings_rad = np.linspace(-np.pi, np.pi, 361)
-    is_tried = may_cost_less(view, headings_rad, ways, 0.3)
+    is_tried, _ = may_cost_less(view, headings_rad, ways, 0.3)
     assert not is_tried.any(), "the cells of that cost are hidden"
-    is_tried = may_cost_less(view, headings_rad, ways, 2.0)
+    is_tried, _ = may_cost_less(view, headings_rad, ways, 2.0)
     assert 0 < is_tried.sum() < len(headings_rad) / 2
     assert (np.abs(headings_rad[is_tried]) < np.pi / 2.0).all(), "the goal is ahead"
