@@ -63,35 +63,56 @@ class Grid:
     def lower_around(self, room: Floats, points: Floats, *, reach_m: float, less_m: float) -> None:
         """Lower `room` to the distance to the nearest of the points (n, 2), minus `less_m`."""
         reach = int(reach_m / self.cell_m + 0.5)  # in cells: the centres beyond are out of reach
-        around = np.arange(2 * reach + 1)
+        if len(points) == 0:
+            return
+        steps = np.arange(-reach, reach + 1)
         cells = self.cells_of(points)
         off_m = self.low + (cells + 0.5) * self.cell_m - points
-        across_m2, up_m2 = (off_m.T[:, :, None] + (around - reach) * self.cell_m) ** 2
-        # The border makes clipping unnecessary.
-        wide_m2 = np.full((self.shape[0] + 2 * reach, self.shape[1] + 2 * reach), np.inf)
-        first = cells @ (wide_m2.shape[1], 1)
-        steps = around[:, None] * wide_m2.shape[1] + around
+        across_m2, up_m2 = (off_m.T[:, :, None] + steps * self.cell_m) ** 2
+        low, high = cells.min(axis=0) - reach, cells.max(axis=0) + reach + 1
+        width, height = (high - low).tolist()
+        apart_m2 = np.full(width * height, np.inf)
+        first = (cells - low) @ (height, 1)
+        around = steps[:, None] * height + steps
         for index in range(0, len(points), POINTS_AT_ONCE):
             some = slice(index, index + POINTS_AT_ONCE)
-            apart_m2 = across_m2[some, :, None] + up_m2[some, None, :]
-            np.minimum.at(wide_m2.reshape(-1), (first[some, None, None] + steps).ravel(), apart_m2.ravel())
-        apart_m = np.sqrt(wide_m2[reach : reach + self.shape[0], reach : reach + self.shape[1]])
-        np.minimum(room, apart_m - less_m, out=room)
+            m2 = across_m2[some, :, None] + up_m2[some, None, :]
+            np.minimum.at(apart_m2, (first[some, None, None] + around).ravel(), m2.ravel())
+        (left, bottom), (right, top) = np.clip((low, high), 0, self.shape).tolist()
+        here = room[left:right, bottom:top]
+        there_m2 = apart_m2.reshape(width, height)[
+            left - low[0] : right - low[0], bottom - low[1] : top - low[1]
+        ]
+        np.minimum(here, np.sqrt(there_m2) - less_m, out=here)
 
-    def off_line(self, corners: Floats, *, reach_m: float) -> Floats:
-        """Distance of each cell's centre from a polyline (n, 2); infinite beyond `reach_m`."""
-        apart_m = np.full(self.shape, np.inf)
-        for start, end in pairwise(corners):
-            first = np.clip(self.cells_of(np.minimum(start, end)[None] - reach_m)[0], 0, self.shape)
-            last = np.clip(self.cells_of(np.maximum(start, end)[None] + reach_m)[0] + 1, 0, self.shape)
-            window = (slice(first[0], last[0]), slice(first[1], last[1]))
-            x, y = (
-                low + (np.arange(*ends) + 0.5) * self.cell_m
-                for low, *ends in zip(self.low, first, last, strict=True)
-            )
-            here = off_segments(x[:, None], y, start, end)
-            apart_m[window] = np.minimum(apart_m[window], here)
-        return apart_m
+    def lower_along(self, room: Floats, corners: Floats, *, reach_m: float, less_m: float) -> None:
+        """Lower `room` to the distance from a polyline (n, 2), minus `less_m`, at least within `reach_m`."""
+        across, up = self.axes
+        low, high = np.minimum(corners[:-1], corners[1:]), np.maximum(corners[:-1], corners[1:])
+        first = np.clip(self.cells_of(low - reach_m), 0, self.shape).tolist()
+        last = np.clip(self.cells_of(high + reach_m) + 1, 0, self.shape).tolist()
+        for (left, bottom), (right, top), (start, end) in zip(first, last, pairwise(corners), strict=True):
+            apart_m = off_segments(across[left:right, None], up[bottom:top], start, end)
+            here = room[left:right, bottom:top]
+            np.minimum(here, apart_m - less_m, out=here)
+
+    def around(self, point: Floats, *, reach_m: float) -> tuple[Indices, Floats]:
+        """The flat indices (n,) of the cells at most this far from a point (2,), and their distances (n,)."""
+        left, bottom = np.clip(self.cells_of(point[None] - reach_m)[0], 0, self.shape).tolist()
+        right, top = np.clip(self.cells_of(point[None] + reach_m)[0] + 1, 0, self.shape).tolist()
+        across, up = self.axes
+        off_m = np.hypot(across[left:right, None] - point[0], up[bottom:top] - point[1])
+        x, y = np.nonzero(off_m <= reach_m)
+        return (x + left) * self.shape[1] + (y + bottom), off_m[x, y]
+
+    @property
+    def axes(self) -> tuple[Floats, Floats]:
+        """The coordinates x and y of the cells' centres."""
+        x, y = (
+            low + (np.arange(size) + 0.5) * self.cell_m
+            for low, size in zip(self.low, self.shape, strict=True)
+        )
+        return x, y
 
     def off_border(self) -> Floats:
         """Distance of each cell's centre from the border of the grid."""

@@ -47,25 +47,22 @@ class CostToGo:
         wide[2:-2, 2:-2] = self.cells
         return wide
 
+    @cached_property
+    def _corners(self) -> Indices:
+        """How far in memory the four cells around a point are from the first of them (2, 2, 1)."""
+        across = self._wide.shape[1]
+        return np.array([[[0], [1]], [[across], [across + 1]]])
+
     def at(self, points: Floats) -> Floats:
         """Cost-to-go at points (n, 2) over the best of the four cells around; infinite if all are closed."""
         wide, cell_m = self._wide, self.grid.cell_m
-        parts: list[tuple[Floats, Floats]] = []  # squares of what is left to the cell before and after
-        index: Indices = np.zeros(len(points), dtype=np.intp)
-        for axis, stride in ((0, wide.shape[1]), (1, 1)):
-            where = (points[:, axis] - self.grid.low[axis]) / cell_m + 1.5
-            first = np.clip(np.floor(where).astype(np.intp), 0, self.cells.shape[axis] + 2)
-            index += first * stride
-            where -= first
-            parts.append((where**2, (where - 1.0) ** 2))
-        flat, best = wide.reshape(-1), np.full(len(points), np.inf)
-        for dx, dy in ((0, 0), (0, 1), (1, 0), (1, 1)):
-            off_m = parts[0][dx] + parts[1][dy]
-            np.sqrt(off_m, out=off_m)
-            off_m *= cell_m
-            off_m += flat[index + (dx * wide.shape[1] + dy)]
-            np.minimum(best, off_m, out=best)
-        return best
+        where = (points - self.grid.low) / cell_m + 1.5
+        first = np.minimum(np.fmax(np.floor(where), 0.0), (wide.shape[0] - 2, wide.shape[1] - 2))
+        off = where - first  # in cells, from the cell before
+        x2, y2 = np.moveaxis(np.stack([off, off - 1.0]) ** 2, -1, 0)
+        off_m = np.sqrt(x2[:, None] + y2) * cell_m
+        cells = (first @ (wide.shape[1], 1.0)).astype(np.intp) + self._corners
+        return np.asarray((off_m + wide.reshape(-1)[cells]).min(axis=(0, 1)))
 
     def places(self, cost_m: float, near: Floats, *, within_m: float) -> Floats:
         """The cells (n, 2) that cost at most this, in a square around a place (2,)."""
@@ -94,7 +91,7 @@ class CostToGo:
         while len(way) < cells_max:
             low_x, low_y = max(x - 1, 0), max(y - 1, 0)
             around = self.cells[low_x : x + 2, low_y : y + 2]
-            lowest = int(np.argmin(around))
+            lowest = int(around.argmin())
             if not around.item(lowest) < here_m:
                 break
             here_m = around.item(lowest)
@@ -229,11 +226,11 @@ class Map:
             self._reach_out_to(goal[None])
         cell_m, room = self._grid.cell_m, self._room
         if taken is not None and len(taken) > 1:
-            room = np.minimum(room, self._grid.off_line(taken, reach_m=keep_m + cell_m) - keep_m)
-        reach_m = max(tolerance_m, cell_m)
-        off_goal_m = self._grid.off_line(np.stack([goal, goal]), reach_m=reach_m)
-        off_goal_m = np.where(is_open(room, cell_m), off_goal_m, np.inf)
-        there, around = np.flatnonzero(off_goal_m <= cell_m), np.flatnonzero(off_goal_m <= tolerance_m)
+            room = room.copy()
+            self._grid.lower_along(room, taken, reach_m=keep_m + cell_m, less_m=keep_m)
+        near, off_goal_m = self._grid.around(goal, reach_m=max(tolerance_m, cell_m))
+        opens = is_open(room.reshape(-1)[near], cell_m)
+        there, around = near[opens & (off_goal_m <= cell_m)], near[opens & (off_goal_m <= tolerance_m)]
         sources = there if len(there) else around
         if len(sources) == 0:
             return CostToGo(self._grid, np.full(room.shape, np.inf))

@@ -75,6 +75,7 @@ class Flood:
         self._ends = np.append(self._lattice.joined.reshape(-1), np.zeros(cells, dtype=np.int32))
         self._first = np.append(np.arange(0, cells * edges + 1, edges, dtype=np.int32), np.int32(0))
         self._weights = np.full(cells * (edges + 1), np.inf)
+        self._shape = grid.shape
         self._pricing = Pricing(grid)
         self._dearest_m = (1.0 + COMFORT + DOUBT) * 2.0 * float(self._lattice.half_m.max())
         self._sources = np.empty(0, dtype=np.intp)
@@ -104,7 +105,7 @@ class Flood:
             cells, starts_m = self._next()
             if len(cells):
                 found_m = self._from(cells, starts_m, limit_m)
-                self._known_m = np.where(np.isinf(self._known_m), found_m, self._known_m)
+                self._known_m = np.minimum(self._known_m, found_m)
             self.reached_m = limit_m if len(cells) and limit_m < COST_M_MAX else np.inf
         return self._known_m
 
@@ -118,10 +119,8 @@ class Flood:
         is_known = np.isfinite(self._known_m)
         if not is_known.any():
             return self._sources, np.zeros(len(self._sources))
-        rim = np.flatnonzero(is_known & (self._known_m > self.reached_m - self._dearest_m))
-        is_beside = np.zeros(len(is_known), dtype=np.bool_)
-        is_beside[self._lattice.joined[rim]] = True
-        cells = np.flatnonzero(is_beside & ~is_known)
+        is_rim = is_known & (self._known_m > self.reached_m - self._dearest_m)
+        cells = np.flatnonzero(_spread(is_rim.reshape(self._shape)).reshape(-1) & ~is_known)
         starts_m = (self._known_m[self._lattice.joined[cells]] + self._costs[cells]).min(axis=1)
         is_open = np.isfinite(starts_m)
         return cells[is_open], starts_m[is_open]
@@ -138,3 +137,14 @@ class Flood:
         found_m = dijkstra(graph, indices=source, limit=limit_m)
         costs[cells] = before
         return np.asarray(found_m[0, :-1])
+
+
+def _spread(flags: Flags) -> Flags:
+    """The flags of cells (x, y), also set on all eight neighbours."""
+    wide = flags.copy()
+    wide[1:] |= flags[:-1]
+    wide[:-1] |= flags[1:]
+    both = wide.copy()
+    both[:, 1:] |= wide[:, :-1]
+    both[:, :-1] |= wide[:, 1:]
+    return both

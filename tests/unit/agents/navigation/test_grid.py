@@ -95,8 +95,8 @@ def test_without_points_room_does_not_change() -> None:
 def test_the_distance_off_a_line_agrees_with_shapely_within_reach(
     corners: list[tuple[float, float]], reach_m: float
 ) -> None:
-    of = grid()
-    found_m = of.off_line(np.array(corners), reach_m=reach_m)
+    of, found_m = grid(), np.full(grid().shape, np.inf)
+    of.lower_along(found_m, np.array(corners), reach_m=reach_m, less_m=0.0)
     line, cells = shapely.LineString(corners), centres(of)
     expected_m = shapely.distance(line, shapely.points(cells[..., 0], cells[..., 1]))
     near = expected_m <= reach_m
