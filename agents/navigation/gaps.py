@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agents.navigation.obstacles import Obstacle
-from protocol.arrays import Floats
+from protocol.arrays import Floats, of_next
 
 
 @dataclass(frozen=True)
@@ -32,23 +32,24 @@ def find_gaps(obstacles: Sequence[Obstacle]) -> list[Gap]:
     """All gaps between neighbours; a single obstacle has none."""
     if len(obstacles) < 2:
         return []
-    pairs = zip(range(len(obstacles)), [*range(1, len(obstacles)), 0], strict=True)
-    return [_gap(obstacles, right, left) for right, left in pairs]
+    from_points = np.array([each.tangent_2 for each in obstacles])
+    to_points = of_next(np.array([each.tangent_1 for each in obstacles]))
+    widths_m = np.hypot(*(to_points - from_points).T).tolist()
+    middles = (from_points + to_points) / 2.0
+    lefts = [*range(1, len(obstacles)), 0]
+    return [
+        Gap(
+            right,
+            left,
+            width_m=widths_m[right],
+            delta_rad=(obstacles[left].bearing_1_rad - obstacles[right].bearing_2_rad) % math.tau,
+            axis_rad=obstacles[right].bearing_2_rad,
+            middle=middles[right],
+        )
+        for right, left in enumerate(lefts)
+    ]
 
 
 def is_passable(gap: Gap, *, passable_m: float) -> bool:
     """Whether (9) holds and the gap opens towards the robot, at an angle between 0 and pi."""
     return gap.width_m >= passable_m and 0.0 < gap.delta_rad < math.pi
-
-
-def _gap(obstacles: Sequence[Obstacle], right: int, left: int) -> Gap:
-    from_point, to_point = obstacles[right].tangent_2, obstacles[left].tangent_1
-    axis = obstacles[right].bearing_2_rad
-    return Gap(
-        right,
-        left,
-        width_m=float(np.hypot(*(to_point - from_point))),
-        delta_rad=(obstacles[left].bearing_1_rad - axis) % math.tau,
-        axis_rad=axis,
-        middle=(from_point + to_point) / 2.0,
-    )

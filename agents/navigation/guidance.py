@@ -58,8 +58,8 @@ class CostToGo:
         wide, cell_m = self._wide, self.grid.cell_m
         where = (points - self.grid.low) / cell_m + 1.5
         first = np.minimum(np.fmax(np.floor(where), 0.0), (wide.shape[0] - 2, wide.shape[1] - 2))
-        off = where - first  # in cells, from the cell before
-        x2, y2 = np.moveaxis(np.stack([off, off - 1.0]) ** 2, -1, 0)
+        x, y = (where - first).T  # in cells, from the cell before
+        x2, y2 = np.array((x, x - 1.0)) ** 2, np.array((y, y - 1.0)) ** 2
         off_m = np.sqrt(x2[:, None] + y2) * cell_m
         cells = (first @ (wide.shape[1], 1.0)).astype(np.intp) + self._corners
         return np.asarray((off_m + wide.reshape(-1)[cells]).min(axis=(0, 1)))

@@ -126,8 +126,9 @@ def certified_step_to(view: View, walls: Walls, goal: Floats) -> Step | None:
     """The step to the goal, if it is certified."""
     off_goal = goal - view.position
     goal_m, goal_rad = float(np.hypot(*off_goal)), float(np.arctan2(off_goal[1], off_goal[0]))
-    free_m = certified_lengths_m(view.position, np.array([goal_rad]), walls)[0]
-    if goal_m > min(free_m, float(view.ranges_m.max())):
+    if goal_m > float(view.ranges_m.max()):
+        return None
+    if goal_m > certified_lengths_m(view.position, np.array([goal_rad]), walls)[0]:
         return None
     return Step(goal_rad, goal_m, cost_to_go_m=0.0)
 
