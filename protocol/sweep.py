@@ -235,7 +235,7 @@ def _into_discs(directions: Floats, discs: Floats) -> Floats:
     along = directions[0] * x + directions[1] * y
     half_chord2 = radius2 - (off2 - along**2)
     meets = (along > 0.0) & (half_chord2 > 0.0)
-    entry = np.where(meets, along - np.sqrt(np.where(meets, half_chord2, 0.0)), np.inf)
+    entry = np.where(meets, along - np.sqrt(np.maximum(half_chord2, 0.0)), np.inf)
     return np.asarray(entry.min(axis=0))
 
 
