@@ -89,13 +89,11 @@ class CostToGo:
         way: list[tuple[int, int]] = []
         here_m = np.inf
         while len(way) < cells_max:
-            low_x, low_y = max(x - 1, 0), max(y - 1, 0)
-            around = self.cells[low_x : x + 2, low_y : y + 2]
+            around = self._wide[x + 1 : x + 4, y + 1 : y + 4]
             lowest = int(around.argmin())
-            if not around.item(lowest) < here_m:
+            if not (next_m := around.item(lowest)) < here_m:
                 break
-            here_m = around.item(lowest)
-            x, y = low_x + lowest // around.shape[1], low_y + lowest % around.shape[1]
+            here_m, x, y = next_m, x + lowest // 3 - 1, y + lowest % 3 - 1
             way.append((x, y))
         return self.grid.centres_of(np.array(way, dtype=np.intp).reshape(-1, 2))
 
