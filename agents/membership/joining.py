@@ -10,7 +10,6 @@ Rule 3: where obstacles move, a remembered hit is dropped when a scan shows free
 Rule 4: legs of the strand may be crossed on the way: nobody drives on them before all are in place.
 """
 
-from copy import deepcopy
 from dataclasses import dataclass
 
 import numpy as np
@@ -123,6 +122,10 @@ class Joining:
             self._map = Map(self._mission, here)
             self._hits = np.empty((0, 2))
 
+    def release(self) -> None:
+        """Give up the cells of the map until the next turn."""
+        self._map.release()
+
     def plan(self, view: View, stands: Stands) -> StepPlanned | InPlace | NoStep | LookCloser:
         """What to do from here: rule 1, else rule 2."""
         here = view.position[None]
@@ -167,8 +170,7 @@ class Joining:
         places, walls = self._places(stands), self._walls(view, stands)
         # Where it stands it is not in place, whatever is remembered.
         places = places[np.hypot(*(places - view.position).T) > GAIN_M]
-        ground = deepcopy(self._map)
-        ground.remember(self._outlines(stands.all))
+        ground = self._map.extended(self._outlines(stands.all))
         berth_m = self._mission.obstacle_keep_m
         for _ in range(SPOTS_MAX):
             way_m = ground.cost_to_go(view.position, tolerance_m=berth_m).at(places)

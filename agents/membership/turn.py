@@ -167,6 +167,8 @@ class OwnTurns:
     def end(self) -> bool:
         """The robot has no turn any more; whether it may have moved in its last one."""
         taker, self._taker = self._taker, None
+        if self._joining is not None:
+            self._joining.release()
         return taker is not None and taker.has_moved
 
 

@@ -2,8 +2,8 @@
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import pairwise
+from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -123,9 +123,12 @@ class Grid:
         return np.asarray(np.minimum.outer(*ends))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, weakref_slot=True)
 class Lattice:
-    """The cells of a grid as a graph without costs: each is joined to its eight neighbours."""
+    """The cells of a grid as a graph without costs: each is joined to its eight neighbours.
+
+    Floods over the same cells share one. It takes megabytes, and lives as long as somebody holds it.
+    """
 
     joined: NDArray[np.int32]
     """The flat indices (cells, 8) of the neighbours; at the border a cell is joined to itself."""
@@ -135,7 +138,13 @@ class Lattice:
     @staticmethod
     def of(grid: Grid) -> "Lattice":
         """The lattice of a grid."""
-        return _lattice(grid.shape, grid.cell_m)
+        key = grid.shape, grid.cell_m
+        if (lattice := _LATTICES.get(key)) is None:
+            lattice = _LATTICES[key] = _lattice(*key)
+        return lattice
+
+    def __deepcopy__(self, _: object) -> "Lattice":
+        return self  # nothing of it changes
 
     def graph(self, costs: Floats) -> csr_array:
         """The graph with these costs (cells, 8) of the edges from each cell."""
@@ -160,7 +169,9 @@ class Lattice:
         costs[rows] = (price[self.joined[rows]] + price[rows, None]) * self.half_m
 
 
-@lru_cache(maxsize=2)  # the grid is often rebuilt over the same cells, when ground turns out to be free
+_LATTICES: WeakValueDictionary[tuple[tuple[int, int], float], Lattice] = WeakValueDictionary()
+
+
 def _lattice(shape: tuple[int, int], cell_m: float) -> Lattice:
     cells = np.arange(math.prod(shape), dtype=np.int32)
     wide = np.pad(cells.reshape(shape), 1, constant_values=-1)

@@ -7,16 +7,19 @@ Rule 3: if the certificate refuses the grid's way, the spot is closed. It is clo
         moving obstacles may be the reason.
 Rule 4: where obstacles move, ground that is seen to be free is free, even if a hit was remembered there.
 Rule 5: where the region has no bounds, the grid grows with what has been seen.
+Rule 6: a robot that neither leads nor joins keeps what its map remembers, but not its cells
+        (`agents/navigation/pricing.py`).
 """
 
 import zlib
+from copy import deepcopy
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from agents.navigation.grid import Grid
-from agents.navigation.pricing import COST_M_MAX, FELT_CELLS, Flood, is_open
+from agents.navigation.grid import Grid, Lattice
+from agents.navigation.pricing import COST_M_MAX, Cells, Flood, is_open
 from agents.navigation.scan import View
 from protocol.arrays import Flags, Floats, Indices
 from protocol.mission import Mission
@@ -119,8 +122,10 @@ class Map:
         self._hits = np.empty((0, 2))
         self._closed = np.empty((0, 2))
         self._closed_for_now = np.empty((0, 2))
-        self._flood: Flood | None = None
-        """Made when it is first asked for: only leaders plan."""
+        self._made: Cells | None = None
+        """Made when they are first asked for (rule 6)."""
+        self._lattice: Lattice | None = None
+        """Kept for the cells that are made next: often they are those of the same grid."""
         self._newest: CostToGo | None = None
         """The costs of the last plan."""
         self._cell_m = min(CELL_M_MAX, mission.obstacle_keep_m / CELLS_PER_KEEP)
@@ -141,28 +146,41 @@ class Map:
         """The size of a cell."""
         return self._grid.cell_m
 
+    @property
+    def _cells(self) -> Cells:
+        """The cells, with all that is known."""
+        if self._made is None:
+            cells = Cells(self._grid, keep_in_m=self._keep_in_m if self._bounded else None)
+            cells.know(self._hits)
+            cells.keep_off(self._hits, self._keep_m)
+            cells.keep_off(self._closed, SPOT_KEEPS * self._keep_m)
+            cells.keep_off(self._closed_for_now, SPOT_KEEPS * self._keep_m)
+            self._made = cells
+        return self._made
+
     def _build(self, low: Floats, high: Floats) -> None:
-        """Build the grid over a rectangle from all that is known."""
+        """Have the cells made again, over a rectangle."""
         self._grid = Grid.over(low, high, self._cell_m, cells_max=CELLS_MAX)
-        self._flood = None
-        self._known = np.zeros(self._grid.fine_parts_max, dtype=np.bool_)
-        self._known[self._grid.fine_parts(self._hits)] = True
-        self._room = np.full(self._grid.shape, np.inf)
-        if self._bounded:
-            self._room = self._grid.off_border() - self._keep_in_m
-        self._keep_off(self._hits, self._keep_m)
-        self._keep_off(self._closed, SPOT_KEEPS * self._keep_m)
-        self._keep_off(self._closed_for_now, SPOT_KEEPS * self._keep_m)
+        self._made = None
+
+    def release(self) -> None:
+        """Give up the cells until the map is used again (rule 6)."""
+        self._made = self._lattice = self._newest = None
+
+    def extended(self, points: Floats) -> "Map":
+        """A copy to which these points (n, 2) have been added."""
+        self._lattice = Lattice.of(self._grid)
+        other = deepcopy(self)
+        other.remember(points)
+        return other
 
     def remember(self, hit_points: Floats) -> None:
         """Add hits (n, 2) [m; world frame]; hits outside the bounds are ignored."""
         if not self._bounded:
             self._reach_out_to(hit_points)
-        inside = hit_points[self._grid.has(hit_points)]
-        new = inside[~self._known[self._grid.fine_parts(inside)]]
-        self._known[self._grid.fine_parts(new)] = True
+        new = self._cells.know(hit_points[self._grid.has(hit_points)])
         self._hits = np.concatenate([self._hits, new])
-        self._keep_off(new, self._keep_m)
+        self._cells.keep_off(new, self._keep_m)
 
     def forget_where_free(self, view: View) -> None:
         """Forget hits where a scan shows free ground (rule 4)."""
@@ -190,17 +208,13 @@ class Map:
             self._closed = np.concatenate([self._closed, spot[None]])
         else:
             self._closed_for_now = np.concatenate([self._closed_for_now, spot[None]])
-        self._keep_off(spot[None], SPOT_KEEPS * self._keep_m)
+        self._cells.keep_off(spot[None], SPOT_KEEPS * self._keep_m)
 
     def reopen(self) -> None:
         """Open the spots that were not closed for good."""
         if len(self._closed_for_now):
             self._closed_for_now = np.empty((0, 2))
             self._build(self._grid.low, self._grid.high)
-
-    def _keep_off(self, points: Floats, keep_m: float) -> None:
-        reach_m = keep_m + FELT_CELLS * self._grid.cell_m
-        self._grid.lower_around(self._room, points, reach_m=reach_m, less_m=keep_m)
 
     def cost_to_go(
         self,
@@ -222,7 +236,8 @@ class Map:
         """
         if not self._bounded:
             self._reach_out_to(goal[None])
-        cell_m, room = self._grid.cell_m, self._room
+        cells = self._cells
+        cell_m, room = self._grid.cell_m, cells.room
         if taken is not None and len(taken) > 1:
             room = room.copy()
             self._grid.lower_along(room, taken, reach_m=keep_m + cell_m, less_m=keep_m)
@@ -232,22 +247,22 @@ class Map:
         sources = there if len(there) else around
         if len(sources) == 0:
             return CostToGo(self._grid, np.full(room.shape, np.inf))
-        if self._flood is None:
-            self._flood = Flood(self._grid)
-        self._flood.begin(room, sources)
+        self._lattice = Lattice.of(self._grid)
+        flood = cells.flood
+        flood.begin(room, sources)
         if origin is None:
-            return self._both_sides(self._flood, around)
+            return self._both_sides(flood, around)
         straight_m = float(np.hypot(*(goal - origin)))
         known_m = straight_m if self._newest is None else float(self._newest.at(origin[None])[0])
         limit_m = max(GROWN * (known_m if known_m < np.inf else straight_m), LEAST_M)
-        cost = CostToGo(self._grid, self._flood.up_to(limit_m).reshape(room.shape))
-        while (here_m := cost.at(origin[None])[0]) > self._flood.reached_m:
-            further_m = DETOUR * self._flood.reached_m
-            cost = CostToGo(self._grid, self._flood.up_to(further_m).reshape(room.shape))
+        cost = CostToGo(self._grid, flood.up_to(limit_m).reshape(room.shape))
+        while (here_m := cost.at(origin[None])[0]) > flood.reached_m:
+            further_m = DETOUR * flood.reached_m
+            cost = CostToGo(self._grid, flood.up_to(further_m).reshape(room.shape))
         self._newest = cost
         if here_m <= DETOUR * straight_m or np.isfinite(cost.cells.reshape(-1)[around]).all():
             return cost
-        return self._both_sides(self._flood, around)
+        return self._both_sides(flood, around)
 
     def _both_sides(self, flood: Flood, around: Indices) -> CostToGo:
         """A robot that stands at the goal may split the ground around it; both sides are good enough."""
@@ -277,4 +292,4 @@ class Map:
     def narrowest(self, way: Floats) -> Floats:
         """The point (2,) of a way (n, 2) with the least room."""
         cells = self._grid.cells_of(way)
-        return np.asarray(way[int(np.argmin(self._room[cells[:, 0], cells[:, 1]]))])
+        return np.asarray(way[int(np.argmin(self._cells.room[cells[:, 0], cells[:, 1]]))])

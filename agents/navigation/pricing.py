@@ -8,7 +8,11 @@ Rule 2: a plan differs from the one before in a few cells. Only their prices, an
 Rule 3: a way across a changed price costs at least as much as the cheapest cell there. So all costs to the
         goal up to that are as before, and are kept.
 Rule 4: costs are computed in order, from where they are known to as far as is asked.
+Rule 5: cells take megabytes, and follow from the hits and the closed spots of their map. So a map that is not
+        used gives them up, and has them made again when it is asked.
 """
+
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -137,6 +141,34 @@ class Flood:
         found_m = dijkstra(graph, indices=source, limit=limit_m)
         costs[cells] = before
         return np.asarray(found_m[0, :-1])
+
+
+class Cells:
+    """What is known of the cells of a grid."""
+
+    def __init__(self, grid: Grid, *, keep_in_m: float | None) -> None:
+        """Without a hit; `keep_in_m`: how far to keep off the border of the grid, None: not at all."""
+        self._grid = grid
+        self._known = np.zeros(grid.fine_parts_max, dtype=np.bool_)
+        self.room = np.full(grid.shape, np.inf) if keep_in_m is None else grid.off_border() - keep_in_m
+        """Distance of each cell's centre from what is nearest to it, beyond the least one [m]."""
+
+    @cached_property
+    def flood(self) -> Flood:
+        """Made when it is first asked for: it takes most of the memory, and few robots plan."""
+        return Flood(self._grid)
+
+    def know(self, hits: Floats) -> Floats:
+        """Note hits (n, 2) on the grid; returns those (m, 2) that are equal to none that was noted before."""
+        parts = self._grid.fine_parts(hits)
+        is_new = ~self._known[parts]
+        self._known[parts] = True
+        return hits[is_new]
+
+    def keep_off(self, points: Floats, keep_m: float) -> None:
+        """Lower the room around points (n, 2) from which a robot keeps so far."""
+        reach_m = keep_m + FELT_CELLS * self._grid.cell_m
+        self._grid.lower_around(self.room, points, reach_m=reach_m, less_m=keep_m)
 
 
 def _spread(flags: Flags) -> Flags:

@@ -127,6 +127,12 @@ class Leader:
         """Count on from another leader's steps."""
         self._steps = max(self._steps, steps)
 
+    def release(self) -> None:
+        """Give up the cells of the map: another robot leads."""
+        self.map.release()
+        if self._brief is not None:
+            self._brief.release()
+
     def is_done(self, position: Floats) -> bool:
         """Whether this is the last switching position: at the goal, or the last one requested."""
         if self._goal is not None:

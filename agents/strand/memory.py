@@ -56,6 +56,8 @@ class Memory:
             self._handover = replace(self._handover, steps=steps)
         if self._leader is not None:
             self._leader.map.reopen()
+            if formation.rank > 0:
+                self._leader.release()
 
     def succeed(self, handover: Handover) -> None:
         """Take in a hand-over from the robot ahead, if it is newer."""

@@ -1,10 +1,14 @@
-"""What a map keeps from plan to plan changes no cost."""
+"""What a map keeps from plan to plan, or gives up between them, changes no cost."""
+
+import gc
 
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from agents.navigation.grid import Lattice
 from agents.navigation.guidance import Map
+from agents.navigation.pricing import Cells
 from protocol.arrays import Floats
 from protocol.mission import Bounds
 from tests.support.stages.one_step import under
@@ -32,3 +36,61 @@ def test_the_costs_of_plan_after_plan_are_those_of_a_new_map(plans: list[tuple[F
         near = everywhere.cells <= there_m
         assert (asked.cells[near] == everywhere.cells[near]).all()
         assert (np.isinf(asked.cells) | (asked.cells == everywhere.cells)).all()
+
+
+def map_of(hit_points: Floats) -> Map:
+    region = Map(ROBOT, GOAL)
+    region.remember(hit_points)
+    return region
+
+
+def cells_of(region: Map) -> Floats:
+    """What its cells cost."""
+    return region.cost_to_go(GOAL, tolerance_m=0.0).cells
+
+
+def held(kind: type) -> int:
+    """How many of them are in memory."""
+    gc.collect()
+    return sum(isinstance(each, kind) for each in gc.get_objects())
+
+
+@given(hits, inside)
+def test_a_map_that_was_released_tells_the_same_costs(hit_points: Floats, spot: tuple[float, float]) -> None:
+    region = map_of(hit_points)
+    region.close(np.array(spot))
+    before = cells_of(region)
+    region.release()
+    np.testing.assert_array_equal(cells_of(region), before)
+
+
+@given(hits, hits)
+def test_a_map_that_was_released_remembers_what_it_sees_next(first: Floats, then: Floats) -> None:
+    released, kept = map_of(first), map_of(first)
+    released.release()
+    for region in (released, kept):
+        region.remember(then)
+        region.remember(first)
+    np.testing.assert_array_equal(released.hits, kept.hits)
+    np.testing.assert_array_equal(cells_of(released), cells_of(kept))
+
+
+def test_a_map_has_no_cells_until_it_is_used_and_none_after_its_release() -> None:
+    gc.collect()
+    cells, lattices = held(Cells), held(Lattice)
+    region = Map(ROBOT, GOAL)
+    assert held(Cells) == cells
+    cells_of(region)
+    assert (held(Cells), held(Lattice)) == (cells + 1, lattices + 1)
+    region.release()
+    assert (held(Cells), held(Lattice)) == (cells, lattices)
+
+
+def test_an_extended_map_is_a_copy_that_shares_the_lattice() -> None:
+    region, lattices = map_of(np.array([[1.0, 0.0]])), held(Lattice)
+    before = cells_of(region)
+    other = region.extended(np.array([[0.0, -1.0]]))
+    assert held(Lattice) == lattices + 1
+    assert len(other.hits) == len(region.hits) + 1
+    assert (cells_of(other) > before).any()
+    np.testing.assert_array_equal(cells_of(region), before)
