@@ -35,6 +35,7 @@ from protocol.faults.process_commands import HostCommand, command_socket, receiv
 from protocol.faults.process_faults import ProcessAction
 from protocol.keys import robot_name
 from protocol.network.faulty_transport import Conditions
+from protocol.network.inbox import OneTaskLoop
 from protocol.network.session import read_session
 from protocol.plain import plain
 
@@ -92,7 +93,8 @@ def run_robot(
             again=again,
             on_connected=on_connected,
         )
-        return asyncio.run(until_ended(life, lifeline))
+        with asyncio.Runner(loop_factory=OneTaskLoop) as runner:
+            return runner.run(until_ended(life, lifeline))
     except UsageError as error:
         say(f"{told.name_of(robot)}: {error}")
         return ExitCode.USAGE

@@ -1,12 +1,24 @@
-"""A bounded queue from the network's thread to the event loop. It gets the function that wakes the loop."""
+"""A bounded queue from the network's thread to the task that reads it, and what wakes that task.
 
+Rule 1: the task waits in the event loop, where other tasks run meanwhile (`Alarm`). In a process that has no
+        other task it waits beside the loop (`Bell`): there a message costs a third of the system calls.
+"""
+
+import asyncio
+import contextlib
+import math
+import os
+import select
+import selectors
 from collections.abc import Callable
 from threading import Lock
-from typing import Generic, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 from protocol.network.bounded import Bounded
 
 T = TypeVar("T")
+
+LOOP_S = 0.001  # for what the loop has to do: signals and a lifeline that end the process
 
 
 class Inbox(Generic[T]):
@@ -41,3 +53,82 @@ class Inbox(Generic[T]):
         """Remove and return all arrivals."""
         with self._lock:
             return self._waiting.drain()
+
+
+class Waking(Protocol):
+    """What wakes the one reader."""
+
+    def ring(self) -> None:
+        """Wake the reader, if it waits; any thread may call this, even after the loop has ended."""
+
+    async def wait(self, timeout_s: float | None) -> None:
+        """Wait until it rings, for so long at most."""
+
+
+class Alarm:
+    """Wakes the one task that waits. It costs one future and one timer: a process waits in every turn."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        """`loop` is that of the task."""
+        self._loop = loop
+        self._waiting: asyncio.Future[None] | None = None
+
+    def ring(self) -> None:
+        """Wake the waiting task, if there is one."""
+        with contextlib.suppress(RuntimeError):  # Zenoh ends a query that is open after its session
+            self._loop.call_soon_threadsafe(self._end)
+
+    async def wait(self, timeout_s: float | None) -> None:
+        """Wait until it rings; other tasks run meanwhile, even if there is no time."""
+        if timeout_s is not None and timeout_s <= 0.0:
+            await asyncio.sleep(0)
+            return
+        self._waiting = self._loop.create_future()
+        timer = None if timeout_s is None else self._loop.call_later(timeout_s, self._end)
+        try:
+            await self._waiting
+        finally:
+            self._waiting = None
+            if timer is not None:
+                timer.cancel()
+
+    def _end(self) -> None:
+        if self._waiting is not None and not self._waiting.done():
+            self._waiting.set_result(None)
+
+
+class OneTaskLoop(asyncio.SelectorEventLoop):
+    """The event loop of a process with one task, beside signals and files that end it."""
+
+    def __init__(self) -> None:
+        self.selector = selectors.EpollSelector()
+        super().__init__(self.selector)
+
+
+class Bell:
+    """Wakes the thread of a loop with one task: it waits for the bell and for the files of the loop."""
+
+    def __init__(self, loop: OneTaskLoop) -> None:
+        self._rung = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+        self._loop = loop.selector.fileno()
+        self._either = select.poll()
+        for each in (self._rung, self._loop):
+            self._either.register(each, select.POLLIN)
+
+    def ring(self) -> None:
+        """Wake the reader, now or when it waits next."""
+        os.eventfd_write(self._rung, 1)
+
+    async def wait(self, timeout_s: float | None) -> None:
+        """Wait until it rings, or the loop has something to do."""
+        ready = self._either.poll(None if timeout_s is None else math.ceil(timeout_s * 1000.0))
+        for file, _ in ready:
+            if file == self._rung:
+                os.eventfd_read(self._rung)
+            else:
+                await asyncio.sleep(LOOP_S)
+
+
+def alarm(loop: asyncio.AbstractEventLoop) -> Waking:
+    """What wakes the one reader in this loop."""
+    return Bell(loop) if isinstance(loop, OneTaskLoop) else Alarm(loop)

@@ -31,7 +31,7 @@ from protocol.errors import MessageRefusedError, SessionLostError, UsageError
 from protocol.keys import matches
 from protocol.network.bounded import INBOX_BYTES_MAX, INBOX_CAPACITY
 from protocol.network.deafness import Deafness
-from protocol.network.inbox import Inbox
+from protocol.network.inbox import Inbox, alarm
 from protocol.network.session import Session
 from protocol.network.settings import (
     CONNECT_TIMEOUT_MS,
@@ -90,35 +90,6 @@ class _Declared:
     alive: str | None
 
 
-class Alarm:
-    """Wakes the one task that waits. It costs one future and one timer: a process waits in every turn."""
-
-    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
-        """`loop` is that of the task."""
-        self._loop = loop
-        self._waiting: asyncio.Future[None] | None = None
-
-    def ring(self) -> None:
-        """Wake the waiting task, if there is one; any thread may call this, even after the loop has ended."""
-        with contextlib.suppress(RuntimeError):  # Zenoh ends a query that is open after its session
-            self._loop.call_soon_threadsafe(self._end)
-
-    async def wait(self, timeout_s: float | None) -> None:
-        """Wait until it rings, for so long at most; other tasks run meanwhile, even if there is no time."""
-        self._waiting = self._loop.create_future()
-        timer = None if timeout_s is None else self._loop.call_later(timeout_s, self._end)
-        try:
-            await self._waiting
-        finally:
-            self._waiting = None
-            if timer is not None:
-                timer.cancel()
-
-    def _end(self) -> None:
-        if self._waiting is not None and not self._waiting.done():
-            self._waiting.set_result(None)
-
-
 class ZenohTransport:
     """One process's session. Made by `open_transport`."""
 
@@ -134,7 +105,7 @@ class ZenohTransport:
         self._deafness = Deafness(declared.alive)
         self._pulse_key, self._pulse_at_s = declared.session.keys.pulse(declared.session.name), 0.0
         self._traffic = Traffic()
-        self._alarm = Alarm(asyncio.get_running_loop())
+        self._alarm = alarm(asyncio.get_running_loop())
         self._inbox = Inbox[_Raw](self._alarm.ring, capacity=INBOX_CAPACITY, bytes_max=INBOX_BYTES_MAX)
 
     @property
@@ -175,10 +146,7 @@ class ZenohTransport:
 
     async def arrivals(self, timeout_s: float | None) -> Sequence[Arrival]:
         """Wait for arrivals and return all of them; empty after the timeout."""
-        if len(self._inbox) == 0:
-            await self._alarm.wait(timeout_s)
-        else:
-            await asyncio.sleep(0)  # a flood must not keep the loop's other tasks from running
+        await self._alarm.wait(0.0 if len(self._inbox) else timeout_s)
         raw = self._inbox.drain()  # nothing is awaited from here on: a call that is cancelled loses nothing
         now_s = asyncio.get_running_loop().time()
         if not raw:

@@ -28,7 +28,7 @@ ONLY_IN = {
         "protocol/network/router.py",
         "protocol/network/zenoh_transport.py",
     },
-    # The shells, and the two network ends that an event loop waits for. All other code gets the time as an
+    # The shells, and the network ends that an event loop waits for. All other code gets the time as an
     # argument.
     "asyncio": {
         "agents/process/host.py",
@@ -45,6 +45,7 @@ ONLY_IN = {
         "clew/verbs/view.py",
         "protocol/__main__.py",
         "protocol/ending.py",
+        "protocol/network/inbox.py",
         "protocol/network/zenoh_transport.py",
         "world/control.py",
         "world/shell.py",

@@ -30,6 +30,7 @@ from clew.bench.hop.strand import Strand
 from protocol.keys import robot_name
 from protocol.network.around import AroundTransport
 from protocol.network.faulty_transport import Conditions
+from protocol.network.inbox import OneTaskLoop
 from protocol.network.session import Session, read_session
 from protocol.network.settings import client_settings
 from protocol.network.transport import Transport
@@ -78,7 +79,8 @@ def relay(kind: Relay, robot: int, strand: Strand, folder: Path, told: int) -> N
     session = read_session(folder / f"{robot_name(robot)}.json")
     match kind:
         case Relay.STACK:
-            asyncio.run(_stack(robot, session, strand, folder, told))
+            with asyncio.Runner(loop_factory=OneTaskLoop) as runner:  # as the host of robots does
+                runner.run(_stack(robot, session, strand, folder, told))
         case Relay.ASYNCIO:
             asyncio.run(_asyncio(robot, session, strand, told))
         case Relay.CALLBACK:
