@@ -103,7 +103,9 @@ class FaultyTransport(AroundTransport):
                     listed.append(arrival)
                 else:
                     affected += self._affect(arrival)
-            affected += [*self._released(), *self._look_at_tokens(), *listed]
+            if self._due:
+                affected += self._released()
+            affected += [*self._look_at_tokens(), *listed]
             if affected or time.monotonic() >= until_s:
                 return affected
 

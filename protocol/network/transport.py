@@ -7,15 +7,15 @@ Rule 3: a message that cannot be decoded becomes `Refused`; it never raises in t
 """
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
 from typing import Protocol
+
+from msgspec import Struct
 
 from protocol.network.traffic import Traffic
 from protocol.wire.messages import Message
 
 
-@dataclass(frozen=True, slots=True)
-class Heard:
+class Heard(Struct, frozen=True):
     """A message on a subscribed key, or the reply to a query (then `number` is 0)."""
 
     key: str
@@ -23,8 +23,7 @@ class Heard:
     message: Message
 
 
-@dataclass(frozen=True, slots=True)
-class Asked:
+class Asked(Struct, frozen=True):
     """A query; `answer` replies and may be called once."""
 
     key: str
@@ -32,30 +31,26 @@ class Asked:
     answer: Callable[[Message], None]
 
 
-@dataclass(frozen=True, slots=True)
-class Appeared:
+class Appeared(Struct, frozen=True):
     """A liveliness token has appeared. It may be told twice."""
 
     key: str
 
 
-@dataclass(frozen=True, slots=True)
-class Vanished:
+class Vanished(Struct, frozen=True):
     """A liveliness token has vanished: its process ended, or the router lost it for a moment."""
 
     key: str
 
 
-@dataclass(frozen=True, slots=True)
-class Refused:
+class Refused(Struct, frozen=True):
     """A message broke the protocol; it was counted and dropped."""
 
     key: str
     reason: str
 
 
-@dataclass(frozen=True, slots=True)
-class Listed:
+class Listed(Struct, frozen=True):
     """All tokens on the patterns that are watched, and that were shown, have appeared."""
 
     key: str = ""

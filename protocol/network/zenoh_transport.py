@@ -25,6 +25,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import zenoh
+from msgspec import Struct
 from zenoh.handlers import Callback
 
 from protocol.errors import MessageRefusedError, SessionLostError, UsageError
@@ -52,8 +53,7 @@ LIST_TIMEOUT_S = 10.0  # for a router with much to do: some thousand tokens are 
 PULSE_S = 0.2  # wall: 1/5 of the silence after which a robot without a token is dead
 
 
-@dataclass(frozen=True, slots=True)
-class _Sample:
+class _Sample(Struct, frozen=True):
     """A message, or the reply to a query of ours."""
 
     key: str
@@ -61,16 +61,14 @@ class _Sample:
     is_answer: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class _Token:
+class _Token(Struct, frozen=True):
     """A liveliness token that appeared or vanished."""
 
     key: str
     shown: bool
 
 
-@dataclass(frozen=True, slots=True)
-class _Listed:
+class _Listed(Struct, frozen=True):
     """All tokens on a pattern have been told."""
 
     pattern: str | None
