@@ -1,21 +1,29 @@
-"""The way out of a dead end: how far the strand has to back up before its leader can go another way.
+"""The way out of a dead end: how far the strand has to back up, and how a leader makes room for that. Pure.
 
-The strand backs up along its own path, as a train does. So this computes from which place of the path the
-goal can be reached past the robots behind. These will then take up as much of the path as they do now.
+Rule 1: the strand backs up along its own path, as a train does. It goes to a place of the path from which
+        the goal can be reached past the robots behind. They will take up as much of the path as they do now.
+Rule 2: where the tail cannot come back far enough, its leader steps away on the shortest way that lets it.
+Rule 3: a step after which no more can be granted makes no room. After `ROOM_STEPS_MAX` of them it gives up.
 """
 
 from collections.abc import Callable
 
 import numpy as np
 
+from agents.navigation.certificate import Walls
 from agents.navigation.ground import Ground
+from agents.navigation.guidance import Map
+from agents.navigation.scan import View
+from agents.navigation.step import Step, certified_step_to_goal
 from protocol.arrays import Floats, xy
+from protocol.mission import Mission
 
-PLACES_APART_BERTHS = 1.0  # how fine the path is searched, in least distances of a centre
+PLACES_APART_KEEPS = 1.0  # how fine the path is searched, in least distances of a centre
+ROOM_STEPS_MAX = 5  # some steps round a hairpin free no ground behind; steps to and fro never do
 
 
-def way_back_m(ground: Ground, berth_m: float, reachable: Callable[[Floats, Floats], bool]) -> float | None:
-    """An arc length from which the goal can be reached; None where there is none.
+def way_back_m(ground: Ground, keep_m: float, reachable: Callable[[Floats, Floats], bool]) -> float | None:
+    """An arc length from which the goal can be reached (rule 1); None where there is none.
 
     It is one place short of the farthest, from where the certificate may refuse what the map shows.
 
@@ -23,10 +31,10 @@ def way_back_m(ground: Ground, berth_m: float, reachable: Callable[[Floats, Floa
 
     Args:
         ground: the strand behind the leader, which stands at the path's end.
-        berth_m: least distance of a centre from an obstacle.
+        keep_m: least distance of a centre from an obstacle.
         reachable: whether the goal can be reached from a place (2,), with so much ground taken (n, 2).
     """
-    places_m = np.append(np.arange(0.0, ground.path.end_m, PLACES_APART_BERTHS * berth_m), ground.path.end_m)
+    places_m = np.append(np.arange(0.0, ground.path.end_m, PLACES_APART_KEEPS * keep_m), ground.path.end_m)
 
     def reaches(index: int) -> bool:
         return reachable(xy(ground.path.at(places_m[index])), ground.taken_from(places_m[index]))
@@ -36,3 +44,30 @@ def way_back_m(ground: Ground, berth_m: float, reachable: Callable[[Floats, Floa
         middle = (good + bad) // 2
         good, bad = (middle, bad) if reaches(middle) else (good, middle)
     return float(places_m[max(good - 1, 0)]) if good >= 0 else None
+
+
+class Room:
+    """The steps of one leader that were to make room for a tail that wants to come back."""
+
+    def __init__(self, mission: Mission) -> None:
+        self._keep_m = mission.robot_keep_m
+        self._epoch, self._granted_m = 0, 0.0
+        """When a step last made room."""
+        self._steps = 0
+        """Planned since then."""
+
+    def step(
+        self, known: Map, view: View, walls: Walls, ground: Ground, *, epoch: int, room_m: float
+    ) -> Step | None:
+        """A step after which the robots behind can drive `room_m` further; None: there is none."""
+        if self._epoch != epoch or ground.granted_m > self._granted_m:
+            self._epoch, self._granted_m, self._steps = epoch, ground.granted_m, 0
+        taken, keep_m, cell_m = ground.taken, self._keep_m, known.cell_m
+        off_here = known.cost_to_go(view.position, tolerance_m=cell_m, taken=taken, keep_m=keep_m)
+        place = off_here.place_at(room_m)
+        if place is None or self._steps == ROOM_STEPS_MAX:
+            return None
+        off_place = known.cost_to_go(place, tolerance_m=cell_m, taken=taken, keep_m=keep_m)
+        step = certified_step_to_goal(view, walls, off_place)
+        self._steps += step is not None
+        return step

@@ -42,15 +42,15 @@ from agents.navigation.step import (
     NoStep,
     Sight,
     Step,
-    certified_step_to_goal,
     has_way,
     is_open,
     look,
     refused_at,
 )
 from agents.navigation.sure import closer
-from agents.strand.dead_end import way_back_m
-from protocol.arrays import Flags, Floats, xy
+from agents.strand.dead_end import Room, way_back_m
+from agents.strand.visited import Visited
+from protocol.arrays import Floats, xy
 from protocol.frames import Pose
 from protocol.laws import find
 from protocol.mission import BRIEF_S, Mission
@@ -58,11 +58,8 @@ from protocol.sweep import Place
 from protocol.timeline import StepPlanned
 
 WAY_CELLS = 4000  # longer than any way of which a scan shows a part
-EARLIER_MAX = 8  # scans of other places that are kept: some metres of a narrow way
 ONWARD_KEEPS = 3.0  # so far from where they meet at 20 degrees, two ways are further apart than robots keep
-ROOM_STEPS_MAX = 5  # some steps round a hairpin free no ground behind; steps to and fro never do
 AGAIN_CELLS = 2.0  # cells of the map: within this distance it is the same place
-AGAIN_MAX = 12  # ten steps of `GAIN_M` leave the place; sound leaders plan at most 4 times from one place
 NO_WAY = NoStep("no way to the goal is left in what is known", everywhere=True)
 SPOTS_MAX = 100  # closed from one place: after so many refusals there is no way
 
@@ -92,22 +89,15 @@ class Leader:
         self._goal = None if mission.goal is None else xy(mission.goal)
         self.map = Map(mission, xy(start))
         self._steps = 0
-        self._planned_in = 0
-        self._planned_at: list[Floats] = []
-        """The places from which steps were planned in that epoch."""
+        self._visited = Visited()
         self._forgot = False
         """Whether the map was cleared in that epoch."""
-        self._room: tuple[int, float] = (0, 0.0)
-        """Epoch and granted arc length when a step last made room."""
-        self._room_steps = 0
-        """Steps planned to make room since then."""
+        self._room = Room(mission)
         self.onward: tuple[Place, ...] = ()
         """The way on from the end of the newest step, which robots behind have to leave free (rule 8)."""
         self._keeps_way_free = False
         """Whether robots behind have once kept it from a turn."""
         self._bodies_may_move = False
-        self._earlier: tuple[View, ...] = ()
-        """The newest scans that it has planned from in that epoch, one a place."""
         self._brief: Leader | None = None
         """It plans steps that are driven by moments (rule 6)."""
         if mission.obstacles_move and mission.watch_s > BRIEF_S:
@@ -161,14 +151,15 @@ class Leader:
         """
         self._bodies_may_move |= bodies_may_move
         self.onward = ()
-        if self._planned_in != epoch:
-            self._planned_in, self._planned_at, self._forgot = epoch, [], False
-            self._earlier = ()
-        view = self._with_earlier(view)
-        sight, hull_reach_m = look(view, self._mission), self._mission.hull_reach_m
-        walls = Walls.joined(scan_walls(view, self._mission), ground.walls, *self._bounds())
+        if self._visited.epoch != epoch:
+            self._visited, self._forgot = Visited(epoch), False
+        if not self._world_changes:
+            is_closest = closer(self._mission, len(view.ranges_m)) is None
+            view = self._visited.narrow(view, is_closest=is_closest)
+        sight = look(view, self._mission)
+        walls = self._walls(scan_walls(view, self._mission), ground)
         # For guidance alone, which only ranks: the certificate takes no hit for a robot.
-        robots = on_ground(view.points, ground.occupied, within_m=hull_reach_m)
+        robots = on_ground(view.points, ground.occupied, within_m=self._mission.hull_reach_m)
         step: Step | Plan
         if self._goal is None or not self._mission.promises_clearance:
             step = self._step_on(sight, walls)
@@ -182,63 +173,36 @@ class Leader:
             return step
         if self._wanders(view.position):
             return self._no_way("every step from here has led back here")
-        self._steps += 1
-        behind = on_ground(view.points, ground.behind, within_m=hull_reach_m)
-        return self._record(step, sight, ground, behind, epoch)
-
-    def _with_earlier(self, view: View) -> View:
-        """The scan, which is kept; the closest one is narrowed by those from other places (rule 7)."""
-        if self._world_changes:
-            return view
-        others = tuple(each for each in self._earlier if (each.position != view.position).any())
-        self._earlier = (*others[-EARLIER_MAX:], view)
-        is_closest = closer(self._mission, len(view.ranges_m)) is None
-        return replace(view, earlier=others) if is_closest else view
+        return self._record(step, sight, ground, epoch)
 
     def brief_step(self, goal: Floats, view: View, known: Map, ground: Ground) -> Step | LookCloser | None:
         """Rule 6: a step that is driven by moments, with what another leader's map knows."""
         self.map.forget()
         self.map.remember(known.hits)
-        walls = Walls.joined(scan_walls(view, self._mission), ground.walls, *self._bounds())
+        walls = self._walls(scan_walls(view, self._mission), ground)
         step = self._step_to(goal, look(view, self._mission), walls, ground, settled=True)
         return step if isinstance(step, Step | LookCloser) else None
 
     def _wanders(self, here: Floats) -> bool:
-        """Whether it has planned from here too often (rule 4). If not, the place is noted."""
-        near_m = AGAIN_CELLS * self.map.cell_m
-        again = sum(math.dist(here, place) <= near_m for place in self._planned_at)
-        if again >= AGAIN_MAX and self._mission.promises_clearance and not self._mission.obstacles_move:
-            return True
-        self._planned_at.append(here)
-        return False
+        """Whether it has planned from here too often (rule 4)."""
+        if self._mission.obstacles_move or not self._mission.promises_clearance:
+            return False
+        return self._visited.too_often(here, near_m=AGAIN_CELLS * self.map.cell_m)
 
     def make_room(self, view: View, ground: Ground, *, epoch: int, room_m: float) -> StepPlanned | NoStep:
-        """A step away along the shortest way, so that the robots behind can drive `room_m` further.
-
-        A step after which no more can be granted makes no room. After `ROOM_STEPS_MAX` of them it gives up.
-        """
+        """A step away, so that the robots behind can drive `room_m` further."""
         self.onward = ()
-        if self._room[0] != epoch or ground.granted_m > self._room[1]:
-            self._room, self._room_steps = (epoch, ground.granted_m), 0
-        sight = look(view, self._mission)
-        walls = Walls.joined(scan_walls(view, self._mission), ground.walls, *self._bounds())
-        keep_m, cell_m = self._mission.robot_keep_m, self.map.cell_m
-        off_here = self.map.cost_to_go(view.position, tolerance_m=cell_m, taken=ground.taken, keep_m=keep_m)
-        place = off_here.place_at(room_m)
-        step = None
-        if place is not None:
-            off_place = self.map.cost_to_go(place, tolerance_m=cell_m, taken=ground.taken, keep_m=keep_m)
-            step = certified_step_to_goal(view, walls, off_place)
-        if step is None or self._room_steps == ROOM_STEPS_MAX:
+        walls = self._walls(scan_walls(view, self._mission), ground)
+        step = self._room.step(self.map, view, walls, ground, epoch=epoch, room_m=room_m)
+        if step is None:
             return NoStep("both ends of the strand are in dead ends, and neither can make room for the other")
-        self._steps += 1
-        self._room_steps += 1
-        behind = on_ground(view.points, ground.behind, within_m=self._mission.hull_reach_m)
-        return self._record(replace(step, cost_to_go_m=None), sight, ground, behind, epoch)
+        return self._record(replace(step, cost_to_go_m=None), look(view, self._mission), ground, epoch)
 
-    def _bounds(self) -> list[Walls]:
-        bounds = self._mission.bounds
-        return [] if bounds is None else [bounds_walls(bounds, self._mission)]
+    def _walls(self, shown: Walls, ground: Ground | None = None) -> Walls:
+        """What a step keeps off: what a scan has shown, the ground of robots behind, and the bounds."""
+        bounds, behind = self._mission.bounds, [] if ground is None else [ground.walls]
+        sides = [] if bounds is None else [bounds_walls(bounds, self._mission)]
+        return Walls.joined(shown, *behind, *sides)
 
     def _ask(self, sight: Sight, walls: Walls, ways: Callable[[], CostToGo] | None = None) -> Step | Refused:
         """Ask the law of the mission; the robot's process has loaded it before."""
@@ -301,7 +265,7 @@ class Leader:
         """Whether only ground that is granted refuses all steps, for the first time (rule 8)."""
         if self._world_changes or self._keeps_way_free:
             return False
-        alone = Walls.joined(scan_walls(sight.view, self._mission), *self._bounds())
+        alone = self._walls(scan_walls(sight.view, self._mission))
         return isinstance(self._ask(sight, alone, ways), Step)
 
     def _way_on(self, place: Floats, ways: Callable[[], CostToGo], keep_m: float) -> tuple[Place, ...]:
@@ -315,7 +279,7 @@ class Leader:
         """A step to another place to look from, if the ground up to there is clear but for hidden corners."""
         if self._world_changes or sight.view.earlier:
             return None
-        walls = Walls.joined(short_step_walls(sight.view, self._mission), ground.walls, *self._bounds())
+        walls = self._walls(short_step_walls(sight.view, self._mission), ground)
         step = self._ask(sight, walls, ways)
         if not isinstance(step, Step):
             return None
@@ -330,7 +294,7 @@ class Leader:
         off_first_m = np.hypot(*(way[refused:] - way[refused]).T)
         spot = self.map.narrowest(way[refused:][off_first_m <= 2.0 * self._mission.obstacle_keep_m])
         robots = ~view.hits & (view.ranges_m < self._mission.range_m_max)
-        alone = Walls.joined(scan_walls(view, self._mission, leave_out=robots), *self._bounds())
+        alone = self._walls(scan_walls(view, self._mission, leave_out=robots))
         still = not self._world_changes
         self.map.close(spot, for_good=still and refused_at(view, alone, way) <= refused)
 
@@ -342,7 +306,7 @@ class Leader:
         def reachable(place: Floats, taken: Floats) -> bool:
             return bool(np.isfinite(self._cost_to_go(goal, taken).at(place[None])[0]))
 
-        alone = Walls.joined(scan_walls(view, self._mission), *self._bounds())
+        alone = self._walls(scan_walls(view, self._mission))
         cost_to_go = self._cost_to_go(goal, np.empty((0, 2)))
         # The leader can go back the way it came, even if hulls stand all around it now.
         come_m = cost_to_go.at(ground.path.between(0.0, ground.path.end_m))
@@ -370,7 +334,10 @@ class Leader:
     def _world_changes(self) -> bool:
         return self._mission.obstacles_move or self._bodies_may_move
 
-    def _record(self, step: Step, sight: Sight, ground: Ground, behind: Flags, epoch: int) -> StepPlanned:
+    def _record(self, step: Step, sight: Sight, ground: Ground, epoch: int) -> StepPlanned:
+        """Count a step, and say what is planned."""
+        self._steps += 1
+        behind = on_ground(sight.view.points, ground.behind, within_m=self._mission.hull_reach_m)
         target = step.target(sight.view.position)
         reach_m = ground.path.end_m + float(np.hypot(*(target - xy(ground.path.at(ground.path.end_m)))))
         return planned(

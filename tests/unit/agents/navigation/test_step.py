@@ -10,7 +10,9 @@ from msgspec.structs import replace
 from agents.navigation.certificate import certified_lengths_m, scan_walls, short_step_m
 from agents.navigation.ground import Ground
 from agents.navigation.step import GAIN_M, Crossed, NoStep
-from agents.strand.leader import AGAIN_MAX, ROOM_STEPS_MAX, DeadEnd, Leader, Wait
+from agents.strand.dead_end import ROOM_STEPS_MAX
+from agents.strand.leader import DeadEnd, Leader, Wait
+from agents.strand.visited import AGAIN_MAX
 from protocol.arrays import xy
 from protocol.frames import Point, Pose
 from protocol.mission import Bounds, Mission
@@ -233,7 +235,7 @@ def test_a_short_step_leads_to_a_second_place_to_look_from_and_only_there() -> N
     there = Pose(x_m=first.target.x_m, y_m=first.target.y_m, heading_rad=0.0)
     again = plan(leader, walls, SHARP, alone(there), at=there)
     assert isinstance(again, StepPlanned)
-    certified = scan_walls(leader._earlier[-1], SHARP)
+    certified = scan_walls(look_around(walls, SHARP, there, revolutions=20), SHARP)
     ahead_m = float(certified_lengths_m(xy(there), np.array([again.heading_rad]), certified)[0])
     assert ahead_m < GAIN_M, "alone, the second scan shows no way either"
 
