@@ -10,6 +10,7 @@ from agents.navigation.sure import closer
 from protocol.arrays import Flags, Floats, distances_to_segments
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
+from protocol.wire.messages import RAYS_MAX
 
 PASSED_SHARE = 0.75  # of the tolerance: the rest is the drive's, on a way of a few decimetres
 
@@ -21,21 +22,23 @@ def without_hulls(view: View, robots: Floats, mission: Mission) -> View:
 
 def leg_is_clear(seen: View, ahead: Floats, mission: Mission) -> bool:
     """Whether the straight way to the robot ahead (2,) is, in a scan without hulls."""
-    return _leg_may_be_clear(seen, ahead, mission) and leg_is_certain(seen, ahead, mission)
+    rays = len(seen.ranges_m)
+    return _leg_may_be_clear(seen, ahead, mission, rays=rays) and leg_is_certain(seen, ahead, mission)
 
 
 def leg_needs_closer_look(seen: View, ahead: Floats, mission: Mission) -> bool:
     """Whether only what the scan may have missed blocks that way, and a closer look may show it."""
     return (
         closer(mission, len(seen.ranges_m)) is not None
-        and _leg_may_be_clear(seen, ahead, mission)
-        and is_unsure_of_leg(seen, ahead, mission)
+        and _leg_may_be_clear(seen, ahead, mission, rays=RAYS_MAX)
+        and (is_unsure_of_leg(seen, ahead, mission) or leg_is_certain(seen, ahead, mission))
+        and not leg_is_clear(seen, ahead, mission)
     )
 
 
-def _leg_may_be_clear(seen: View, ahead: Floats, mission: Mission) -> bool:
+def _leg_may_be_clear(seen: View, ahead: Floats, mission: Mission, *, rays: int) -> bool:
     leg_m = float(np.hypot(*(ahead - seen.position)))
-    if leg_m > mission.leg_m_max or hull_hides(leg_m, len(seen.ranges_m), mission):
+    if leg_m > mission.leg_m_max or hull_hides(leg_m, rays, mission):
         return False
     return not hides_way(seen, ahead, mission)
 

@@ -112,7 +112,7 @@ def no_obstacle_is_a_robot(section: Fleet, mission: Mission) -> None:
     least_m = 2.0 * mission.mu0_m + mission.range_error_m_max
     takes_out = section.robots > 1 and mission.robot_radius_m > 0.0 and mission.promises_clearance
     if takes_out and mission.epsilon_m < least_m - ROUNDING_M:
-        rule = f">= {least_m:.6g} m, twice mu0_m + range error: nearer, an obstacle counts as a robot"
+        rule = f">= 2 mu0_m + range error = {least_m:g} m: else obstacles count as robots"
         _refuse("law.epsilon_m", rule, mission.epsilon_m)
 
 

@@ -18,6 +18,7 @@ from tests.support.strategies.shape_strategies import as_shapely
 from world.scenario.reading import SCENARIOS
 from world.scenario.scenario import Scenario, load, schema
 
+NEARER = "$.law.epsilon_m: must be >= 2 mu0_m + range error = 0.103 m: else obstacles count as robots"
 NAMES = sorted(path.stem for path in SCENARIOS.glob("*.toml"))
 
 SOUND = """
@@ -133,12 +134,7 @@ def _load(tmp_path: Path, text: str, **overrides: object) -> Scenario:
             "$.drive.speed_mps: must be > speed_mps_min = 0.05 and < speed_mps_max = 1 m/s, got 1",
         ),
         ("mu0_m = 0.01", "mu0_m = 0.1", "$.law.mu0_m: must be < epsilon_m = 0.1 m, got 0.1"),
-        (
-            "mu0_m = 0.01",
-            "mu0_m = 0.05",
-            "$.law.epsilon_m: must be >= 0.103 m, twice mu0_m + range error: nearer, an obstacle counts as a "
-            "robot, got 0.1",
-        ),
+        ("mu0_m = 0.01", "mu0_m = 0.05", f"{NEARER}, got 0.1"),
         (
             "spacing_m = 0.3",
             "spacing_m = 0.24",
