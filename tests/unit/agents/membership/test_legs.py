@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from agents.membership.legs import hull_hides, leg_is_clear, without_hulls
+from agents.membership.legs import hull_hides, leg_is_clear, leg_needs_closer_look, without_hulls
 from agents.navigation.scan import View
 from protocol.arrays import distances_to_segments, scan_bearings_rad
 from world.geometry.rays import cast
@@ -56,3 +56,14 @@ def test_from_further_off_the_robot_ahead_hides_nothing_and_the_leg_may_be_clear
     assert not any(hull_hides(leg_m, wide.directions, wide) for leg_m in np.linspace(0.41, 3.0, 50).tolist())
     ahead = np.array([0.8, 0.0])
     assert leg_is_clear(sees(np.array([0.8, 1.0]), ahead), ahead, MISSION)
+
+
+def test_a_leg_that_few_rays_beside_the_hull_ahead_leave_unsure_is_looked_at_closer() -> None:
+    ahead = np.array([2.05, 0.0])
+    view = sees(np.array([2.05, 1.0]), ahead)
+    assert hull_hides(2.05, MISSION.directions, MISSION)
+    assert not hull_hides(2.05, 4 * MISSION.directions, MISSION)
+    far = replace(MISSION, link_length_m_max=3.0)
+    assert (leg_is_clear(view, ahead, far), leg_needs_closer_look(view, ahead, far)) == (False, True)
+    near = np.array([0.45, 0.0])
+    assert not leg_needs_closer_look(sees(np.array([0.45, 1.0]), near), near, MISSION), "no look shows more"
