@@ -6,7 +6,8 @@ Rule 2: where the only way leads back, it wants the strand to turn round, `TURNS
 Rule 3: where it knows no way on, and the strand has lost robots, it wants another robot to lead: one that was
         left out, if it is the second end or leader that knows none, and the map shows none from any place of
         the strand. The route is lost if `LEADERS_MAX` have led in vain, or this one before. A strand that has
-        tried another leader does not turn round. The first one waits where bodies or obstacles may move away.
+        tried another leader does not turn round again. The first one waits where bodies or obstacles may
+        move away.
 Rule 4: after each step that it gives up, but the first ones in an epoch, it waits before it plans again, for
         a time that its life draws. Else two leaders that see the same give way to each other for ever.
 """
@@ -187,7 +188,7 @@ class Leading:
         return []
 
     def _turn_back(self, back_to_m: float) -> list[Command]:
-        """Rule 2; where other leaders are being tried, they have turned round before."""
+        """Rule 2; where other leaders are being tried, the strand does not turn round again."""
         counters, path = self._strand.counters, self._strand.path
         if counters.led_in_vain and counters.turns:
             return self._give_up_lead("the only way leads back")

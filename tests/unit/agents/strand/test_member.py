@@ -283,6 +283,19 @@ def test_a_tail_that_leads_does_not_turn_the_strand_round_again_on_a_cleared_map
     assert wish.cause is cause
 
 
+@pytest.mark.parametrize(("turns", "cause"), [(0, Cause.DEAD_END), (1, Cause.NO_WAY)])
+def test_a_strand_that_tries_other_leaders_turns_round_if_it_has_not_yet(
+    turns: int, cause: Cause, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Leader, "plan", lambda *_, **__: DeadEnd(0.0))
+    counters = Counters(led_in_vain=(2,), turns=turns, heals=1)
+    stage = MemberStage(MISSION, row(3), ORDER, counters=counters)
+    stage.run(5.0)
+    wish = stage.leader.wish
+    assert wish is not None
+    assert wish.cause is cause
+
+
 # --- turning round --------------------------------------------------------------------------------------
 
 
