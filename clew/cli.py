@@ -13,10 +13,10 @@ import click
 
 from clew.verbs.group import Late, LateGroup, examples
 from clew.verbs.options import VERSION
-from protocol.asked import AskedToEnd
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.plain import plain
+from protocol.process.asked import AskedToEnd
 from world.record.recorder import RecordingFailedError
 
 SECTIONS: Mapping[str, Mapping[str, Late]] = {

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import msgspec
 
-from protocol.ending import until_ended
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.network.router import open_router
 from protocol.network.session import ROUTERS_MAX, RouterSession, read_router_session
 from protocol.plain import plain
+from protocol.process.ending import until_ended
 
 STDIN = 0
 M_ARENA_MAX = -8  # glibc's name for how many arenas `malloc` may have

@@ -14,11 +14,11 @@ import time
 from collections.abc import AsyncIterator, Sequence
 from datetime import UTC, datetime
 
-from protocol.ending import asked_to_end
 from protocol.exit_codes import ExitCode
 from protocol.keys import WORLD
 from protocol.network.transport import Arrival, Transport
 from protocol.network.zenoh_transport import open_transport
+from protocol.process.ending import asked_to_end
 from world.bodies.arena import ODOMETRY_TICKS
 from world.control import Serves, heard
 from world.faults import RunFaults

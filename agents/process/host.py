@@ -27,8 +27,6 @@ from typing import Any
 from agents.process.shell import run
 from agents.process.starting import Starting
 from agents.process.warm import warm_up
-from protocol.asked import EXIT_CODES, signal_of
-from protocol.ending import asked_to_end, until_ended
 from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.process_commands import HostCommand, command_socket, received_commands
@@ -38,6 +36,8 @@ from protocol.network.faulty_transport import Conditions
 from protocol.network.inbox import OneTaskLoop
 from protocol.network.session import read_session
 from protocol.plain import plain
+from protocol.process.asked import EXIT_CODES, signal_of
+from protocol.process.ending import asked_to_end, until_ended
 
 KILL_AFTER_S = 2.0  # wall: a fleet has 5 s to end, and its launcher needs some of that
 PID = struct.Struct("=i")

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
-from protocol.asked import AskedToEnd, asked_to_end
+from protocol.process.asked import AskedToEnd, asked_to_end
 from protocol.root import ROOT
 
 LAUNCHER = ROOT / "launch" / "fleet.sh"

@@ -35,10 +35,10 @@ from clew.fleet.supervision.facts import Facts, Happening, end_of
 from clew.fleet.supervision.limits import Limits, Plan
 from clew.fleet.supervision.rules import TABLE as RULE_FOR
 from clew.fleet.supervision.rules import Do, State, What
-from protocol.asked import signal_of
-from protocol.ending import FAIL
 from protocol.exit_codes import ExitCode
 from protocol.faults.process_faults import ProcessAction
+from protocol.process.asked import signal_of
+from protocol.process.ending import FAIL
 
 
 class Supervisor:

@@ -20,7 +20,7 @@ from clew.fleet.table_picture import picture
 from clew.fleet.table_rows import Scoreboard
 from clew.fleet.table_said import Said
 from clew.log.follow import Follower, look
-from protocol.ending import asked_to_end
+from protocol.process.ending import asked_to_end
 from world.judge.verdict import Verdict
 from world.record.recorder import EVENTS_FILE
 from world.record.run_files import read_verdict

@@ -13,9 +13,9 @@ from pathlib import Path
 from clew.rehearsal.recorded import Recorded
 from clew.rehearsal.rehearsal import Asked, nobody_asks
 from protocol.arrays import Floats
-from protocol.asked import asked_to_end
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.files.writing import make_folder
+from protocol.process.asked import asked_to_end
 from protocol.run_settings import Settings
 from world.judge.ground import Ground
 from world.judge.together import TogetherVerdict, pass_together

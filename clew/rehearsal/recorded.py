@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Self
 
 from clew.rehearsal.rehearsal import Asked, Rehearsal, nobody_asks
-from protocol.asked import asked_to_end
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.keys import WORLD
 from protocol.network.session import INPUTS
+from protocol.process.asked import asked_to_end
 from protocol.run_settings import Settings
 from world.closing import Circumstances, verdict_of
 from world.judge.verdict import Verdict

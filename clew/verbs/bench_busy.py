@@ -16,9 +16,9 @@ from clew.fleet.live import run_fleet
 from clew.verbs.bench_said import begin
 from clew.verbs.options import AS_JSON, robots_option
 from clew.verbs.say import console
-from protocol.asked import terminable
 from protocol.exit_codes import ExitCode
 from protocol.files.toml_text import toml_text
+from protocol.process.asked import terminable
 
 if TYPE_CHECKING:
     from clew.bench.busy import BusyFigures, BusyRun

@@ -12,9 +12,9 @@ from clew.fleet.live import run_fleet
 from clew.verbs.bench_said import begin
 from clew.verbs.options import AS_JSON, runs_option
 from clew.verbs.say import console, warn
-from protocol.asked import terminable
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan_text import FAULTS_FILE, plan_text
+from protocol.process.asked import terminable
 
 if TYPE_CHECKING:
     from clew.bench.healing import Healing, HealingFigures, LeaderFault, Times

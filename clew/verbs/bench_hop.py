@@ -12,9 +12,9 @@ import click
 
 from clew.verbs.bench_said import begin, print_figures
 from clew.verbs.options import AS_JSON, runs_option
-from protocol.asked import terminable
 from protocol.errors import UsageError
 from protocol.frames import ROBOTS_MAX
+from protocol.process.asked import terminable
 
 if TYPE_CHECKING:
     from clew.bench.hop.chain import Chain

@@ -12,11 +12,11 @@ from clew.fleet.live import run_fleet
 from clew.verbs.bench_said import begin
 from clew.verbs.extras import need
 from clew.verbs.options import AS_JSON, SPEED, runs_option, wall_s_max
-from protocol.asked import terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
 from protocol.faults.plan_text import FAULTS_FILE, plan_text
+from protocol.process.asked import terminable
 from protocol.root import ROOT
 
 if TYPE_CHECKING:

@@ -10,12 +10,12 @@ import click
 
 from clew.verbs.bench_said import begin, print_figures
 from clew.verbs.options import AS_JSON, ROBOTS
-from protocol.asked import terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.manual_faults import FaultRequest, request_fault
 from protocol.faults.rules import Restart
 from protocol.keys import WORLD, robot_name
+from protocol.process.asked import terminable
 from protocol.run_settings import SPEED_MAX
 
 if TYPE_CHECKING:

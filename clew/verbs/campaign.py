@@ -14,9 +14,9 @@ from clew.fleet.folder import RUNS
 from clew.verbs.extras import need
 from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, TIME, robots_option, seeds_option
 from clew.verbs.say import console, say, warn
-from protocol.asked import terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
+from protocol.process.asked import terminable
 
 if TYPE_CHECKING:
     from clew.campaign.campaign import Campaign, Source

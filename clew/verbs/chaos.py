@@ -14,11 +14,11 @@ from clew.fleet.folder import RUNS, make_folder
 from clew.fleet.live import run_fleet
 from clew.verbs.options import AS_JSON, SEED, SPEED, runs_option, wall_s_max
 from clew.verbs.say import console, say, warn
-from protocol.asked import AskedToEnd, terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.files.writing import make_folder as make_private
 from protocol.files.writing import write_whole
+from protocol.process.asked import AskedToEnd, terminable
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -11,8 +11,8 @@ import click
 from clew.verbs.extras import need
 from clew.verbs.options import AS_JSON, Word
 from clew.verbs.say import warn
-from protocol.asked import terminable
 from protocol.errors import UsageError
+from protocol.process.asked import terminable
 
 if TYPE_CHECKING:
     from clew.export.exported import Exported

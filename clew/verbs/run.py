@@ -24,10 +24,10 @@ from clew.verbs.options import (
     VERSION,
     robots_option,
 )
-from protocol.asked import ignore, listen
 from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
 from protocol.network.session import INPUTS_BYTES_MAX, ROUTERS_MAX
+from protocol.process.asked import ignore, listen
 
 
 class Requests:

@@ -44,7 +44,7 @@ ONLY_IN = {
         "clew/verbs/log_cat.py",
         "clew/verbs/view.py",
         "protocol/__main__.py",
-        "protocol/ending.py",
+        "protocol/process/ending.py",
         "protocol/network/inbox.py",
         "protocol/network/zenoh_transport.py",
         "world/control.py",

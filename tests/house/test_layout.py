@@ -17,7 +17,7 @@ FLOORS: dict[str, dict[str, int]] = {
     # rooms may import each other; rooms may not.
     "protocol": {
         **dict.fromkeys(("arrays", "errors", "exit_codes", "frames", "keys", "plain", "root"), 0),
-        **dict.fromkeys(("asked", "ending", "fence", "mission", "path", "sweep", "files/"), 1),
+        **dict.fromkeys(("fence", "mission", "path", "sweep", "files/", "process/"), 1),
         "laws": 2,
         "timeline/": 2,
         "faults/": 3,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from protocol.asked import EXIT_CODES
+from protocol.process.asked import EXIT_CODES
 from tests.support.deadline import DEADLINE_S
 from tests.support.processes.wire import KEYS, drive, fleet, next_arrivals, python, router, session_folder
 

@@ -11,7 +11,6 @@ from typing import Any
 
 import pytest
 
-from protocol.asked import EXIT_CODES
 from protocol.faults.plan import NO_FAULTS
 from protocol.fence import Bearing, Cause, Epoch, Fence, May, Raise, Turn
 from protocol.frames import Point
@@ -19,6 +18,7 @@ from protocol.mission import Mission
 from protocol.network.outbox import Outbox
 from protocol.network.transport import Heard
 from protocol.network.zenoh_transport import ZenohTransport
+from protocol.process.asked import EXIT_CODES
 from protocol.run_settings import SCENARIO_FILE, SETTINGS_FILE, Settings
 from protocol.timeline import (
     GoalReached,

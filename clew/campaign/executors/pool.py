@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from typing import TypeVar
 
 from clew.campaign.episode import CRASHED, Episode, Outcome, failed, play
-from protocol.asked import EXIT_CODES
+from protocol.process.asked import EXIT_CODES
 
 T = TypeVar("T")
 Play = Callable[[Episode], T]

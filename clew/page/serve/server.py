@@ -16,9 +16,9 @@ import h11
 
 from clew.page.serve.channel import Channel
 from clew.page.serve.site import HEAD_BYTES_MAX, Document, Site, Telling, answer, head, hosts_of, refusal
-from protocol.ending import asked_to_end
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
+from protocol.process.ending import asked_to_end
 
 HOST = "127.0.0.1"
 ASK_S = 10.0  # until a request is complete
@@ -46,7 +46,7 @@ class Server:
         Args:
             port: 0 takes a free one.
             ready: called with the address of the page.
-            lifeline: as in `protocol.ending`.
+            lifeline: as in `protocol.process.ending`.
 
         Raises:
             UsageError: the port is not free, or a run cannot be read.

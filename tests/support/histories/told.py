@@ -22,7 +22,7 @@ from clew.fleet.supervision.events import (
 )
 from clew.fleet.supervision.limits import Plan
 from clew.fleet.supervisor import Supervisor
-from protocol.ending import FAIL
+from protocol.process.ending import FAIL
 
 R1, R2 = "router-1", "router-2"
 

@@ -22,8 +22,8 @@ from clew.campaign.episode import Episode, Surprise, surprise_of
 from clew.campaign.executors.pool import outcomes_of
 from clew.campaign.families import by_family, figures_of
 from clew.campaign.scenes import find_scenes, tight_radius_m
-from protocol.asked import EXIT_CODES
 from protocol.files.toml_text import toml_text
+from protocol.process.asked import EXIT_CODES
 from protocol.root import ROOT
 from tests.support.campaigns import clew, closed, outcome, refused, scene
 from tests.support.deadline import DEADLINE_S

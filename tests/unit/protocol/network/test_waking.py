@@ -8,9 +8,9 @@ from collections.abc import Coroutine
 from threading import Thread, Timer
 from typing import TypeVar
 
-from protocol.ending import until_ended
 from protocol.exit_codes import ExitCode
 from protocol.network.inbox import Alarm, Bell, OneTaskLoop, alarm
+from protocol.process.ending import until_ended
 from tests.support.deadline import DEADLINE_S
 
 T = TypeVar("T")

@@ -1,4 +1,4 @@
-"""Requests to end a process with an event loop: signals (`protocol.asked`), `FAIL`, the lifeline's end."""
+"""Requests to end a process with an event loop: signals (`asked`), `FAIL`, the end of the lifeline."""
 
 import asyncio
 import contextlib
@@ -7,8 +7,8 @@ import signal
 from collections.abc import Coroutine, Iterator
 from typing import Any
 
-from protocol.asked import EXIT_CODES, heeded
 from protocol.exit_codes import ExitCode
+from protocol.process.asked import EXIT_CODES, heeded
 
 FAIL = signal.SIGUSR1
 """End, for another process of the run is lost: the run has failed."""

@@ -7,7 +7,7 @@ from types import FrameType
 
 import pytest
 
-from protocol.asked import EXIT_CODES, AskedToEnd, asked_to_end, terminable
+from protocol.process.asked import EXIT_CODES, AskedToEnd, asked_to_end, terminable
 from tests.support.campaigns import clew
 
 

@@ -18,7 +18,7 @@ EXIT_CODES: Mapping[signal.Signals, ExitCode] = {
     signal.SIGTERM: ExitCode.TERMINATED,
     signal.SIGHUP: ExitCode.HUNG_UP,
 }
-"""What a process exits with that such a signal has ended; with an event loop, too (`protocol.ending`)."""
+"""What a process exits with that such a signal has ended; with an event loop, too (`ending`)."""
 
 Handler = Callable[[int, FrameType | None], Any] | int | None  # the type of the standard library
 

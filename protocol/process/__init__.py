@@ -1,0 +1,1 @@
+"""How a process starts, is asked to end, and ends."""
