@@ -36,6 +36,7 @@ from protocol.network.faulty_transport import Conditions
 from protocol.network.inbox import OneTaskLoop
 from protocol.network.session import read_session
 from protocol.plain import plain
+from protocol.process.allocation import return_large_blocks
 from protocol.process.asked import EXIT_CODES, signal_of
 from protocol.process.ending import asked_to_end, until_ended
 
@@ -106,6 +107,7 @@ def run_robot(
 def run_host(crews: Sequence[Crew], lifeline: int | None) -> int:
     """Fork the robots and reap them; returns 0 if all ended well, else the first bad exit code."""
     lifeline_ends, connected_ends = os.pipe(), os.pipe()
+    return_large_blocks()
     warm_up()
     gc.collect()
     gc.freeze()  # keeps loaded pages shared: the collector would touch, and so copy, them all
