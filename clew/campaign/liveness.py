@@ -4,6 +4,8 @@ Rule 1: the healthy core are the robots that are alive at the end and have no pe
         faults are over, they must be in one strand within `HEAL_S_MAX`, and must arrive.
 Rule 2: dead bodies stand where they died. A robot of the core to which they leave no sure way to the goal
         may be stranded: the others go on without it, and it stands as well.
+        A live robot with a permanent fault may stand in the way, too, and how soon it goes is a matter of
+        chance. A robot of the core that it locks in when all other faults are over is not asked to arrive.
 Rule 3: a way is sure if the full map shows it with `SPARE_M` to spare on both sides. A robot that stands
         nearer to something may first drive straight to such a way, if it comes no nearer to anything.
 """
@@ -16,7 +18,14 @@ from scipy import ndimage
 
 from protocol.arrays import Flags, Floats, distances_to_segments
 from protocol.keys import robot_number
-from protocol.timeline import Entry, FaultInjected, RobotArrived, RobotStranded, StrandJoined
+from protocol.timeline import (
+    Entry,
+    FaultInjected,
+    PoseSampled,
+    RobotArrived,
+    RobotStranded,
+    StrandJoined,
+)
 from world.core import HEAL_S_MAX, World
 from world.geometry.clearance import clearance
 from world.judge.truth.voices import concerned
@@ -44,6 +53,9 @@ def liveness_failure(
     if not core or _is_done(world, entries, core, quiet_s):
         return None
     able = have_way(world.scenario, world.bodies.place_m, core)
+    if outside:
+        free = have_way(world.scenario, places_at(entries, quiet_s, world.bodies.place_m), core)
+        able = [robot for robot in able if robot in free]
     if not able or _is_done(world, entries, able, quiet_s):
         return None
     why = "".join(
@@ -153,6 +165,18 @@ def have_way(scenario: Scenario, places_m: Floats, core: Sequence[int]) -> list[
     while len(able) != before:  # one that has no way stands in the way of others
         before, able = len(able), _with_way(scenario, places_m, able)
     return able
+
+
+def places_at(entries: Iterable[tuple[str, Entry]], t_s: float, places_m: Floats) -> Floats:
+    """Where all bodies were at a time (n, 2); where they are at the end, for those not sampled before."""
+    then_m = places_m.copy()
+    for _, entry in sorted(entries, key=lambda each: each[1].t_s):
+        match entry.record:
+            case PoseSampled() as pose if entry.t_s <= t_s:
+                then_m[pose.robot - 1] = pose.x_m, pose.y_m
+            case _:
+                pass
+    return then_m
 
 
 def _with_way(scenario: Scenario, places_m: Floats, core: Sequence[int]) -> list[int]:

@@ -1,17 +1,31 @@
 """Sure ways to the goal by the full map (`clew/campaign/liveness.py`)."""
 
 import math
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from clew.campaign.liveness import SPARE_M, arrived_together, have_way, healed_at_s, stranded
-from protocol.timeline import Record, RobotArrived, RobotStranded, StrandJoined
+from clew.campaign.liveness import (
+    SPARE_M,
+    arrived_together,
+    have_way,
+    healed_at_s,
+    liveness_failure,
+    stranded,
+)
+from protocol.keys import WORLD
+from protocol.timeline import PoseSampled, Record, RobotArrived, RobotStranded, StrandJoined
 from tests.support.logs.logs import numbered
 from tests.support.scenes.world_scenarios import scenario
 from world.geometry.shapes import Polygon, Shape
+from world.judge.ending import Ending
 from world.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from world.core import World
 
 THICK_M = 0.02
 ELSEWHERE = (-3.0, 2.0)
@@ -77,6 +91,29 @@ def test_a_robot_without_a_way_stands_in_the_way_of_the_one_behind_it() -> None:
     wide = with_door(SURE_M + 0.05)
     assert have_way(wide, np.array([(0.0, 0.0), (4.0, 0.0), (2.0, 0.0)]), (1, 2)) == [2]
     assert have_way(wide, np.array([(0.0, 0.0), (4.0, 0.0), (2.0, 0.0)]), (1, 2, 3)) == [1, 2, 3]
+
+
+@pytest.mark.parametrize("has_cleared_the_door_s", [2.5, 5.5])
+def test_robots_that_a_live_robot_locks_in_when_the_faults_are_over_are_not_asked_to_arrive(
+    has_cleared_the_door_s: float,
+) -> None:
+    at = [(1, (0.0, 0.0)), (3, ELSEWHERE), (2, (2.0, 0.0))]
+    sampled = [
+        (WORLD, PoseSampled(robot=robot, x_m=x_m, y_m=y_m, heading_rad=0.0)) for robot, (x_m, y_m) in at
+    ]
+    *early, (_, last) = numbered((*sampled, (WORLD, replace(sampled[-1][1], x_m=4.0))))
+    entries = [*early, (WORLD, replace(last, t_s=has_cleared_the_door_s))]
+    over = SimpleNamespace(
+        scenario=with_door(SURE_M + 0.05),
+        bodies=SimpleNamespace(place_m=np.array([(0.0, 0.0), (4.0, 0.0), ELSEWHERE])),
+        survivors=frozenset({1, 2, 3}),
+        judgement=SimpleNamespace(untrue=frozenset()),
+        tally=SimpleNamespace(arrived=set()),
+        ending=Ending.TIMED_OUT,
+        over_s=90.0,
+    )
+    said = liveness_failure(cast("World", over), entries, quiet_s=5.0, outside=frozenset({2}))
+    assert (said is None) == (has_cleared_the_door_s > 5.0)
 
 
 def joined(robot: int, epoch: int) -> tuple[str, Record]:
