@@ -58,9 +58,7 @@ class Coordinator:
         self._timing = timing
         self._suspicion = suspicion
         self._agreement = Agreement(robot, epoch, intent, mission.goal is None, neighbours)
-        self._began_s = self._acted_s = now_s
-        self._idle_s = 0.0
-        """How much longer bodies have stood than driven in this turn."""
+        self._began_s = now_s
         self._questions = Questions(mission, timing)
         self.phase = Phase.GATHERING
         self._reported = Reported(suspicion, now_s)
@@ -102,9 +100,7 @@ class Coordinator:
     def act(self, odometry: Odometry, now_s: float) -> list[Command]:
         """What is to be done now."""
         fence = odometry.fence
-        is_driven = odometry.moving or odometry.stood_s < self._timing.put_s
-        passed_s, self._acted_s = now_s - self._acted_s, now_s
-        self._idle_s = max(0.0, self._idle_s - passed_s if is_driven else self._idle_s + passed_s)
+        self._turns.watch(odometry, now_s)
         commands: list[Command] = []
         if not self._turns.are_told(fence):
             commands += self._turns.repeat(now_s)
@@ -192,7 +188,6 @@ class Coordinator:
                     draft.end_turn(robot, placed=False)
                     return self._turns.put(fence, now_s, may=May.NOBODY) if fence.may is May.ONE else []
                 self._join = join
-                self._idle_s = 0.0
                 self._reported.ask({robot})
                 life = self._reports[robot].life
                 return self._turns.put(fence, now_s, may=May.ONE, robot=robot, life=life)
@@ -205,7 +200,7 @@ class Coordinator:
         return commands
 
     def _has_ended(self, fence: Fence, now_s: float) -> bool:
-        """Whether the turn is over: the robot has said so, is lost, or has done nothing for too long."""
+        """Whether the turn is over: the robot has said so, is lost, or has been idle for too long."""
         draft, report = self._draft, self._reports.get(fence.robot)
         assert draft is not None
         if report is None or report.life != fence.life:
@@ -213,7 +208,7 @@ class Coordinator:
         if report.ended >= fence.turn:
             draft.end_turn(fence.robot, placed=report.placed)
             return True
-        if self._idle_s <= self._timing.turn_s or not self._suspicion.judges(now_s):
+        if self._turns.idle_s <= self._timing.turn_s or not self._suspicion.judges(now_s):
             return False
         if fence.robot != self._robot:
             self._suspicion.blame(fence.robot, now_s, penalty=SLOW_PENALTY)

@@ -2,12 +2,16 @@
 
 Rule 1 (F4): each turn number has one content. The coordinator puts the next number only when its own odometry
         has told this one, and repeats a put until then.
+Rule 2 (liveness): a turn is idle while its robot stands, less the time for which it has driven. So a robot of
+        which most messages are lost, and which drives a little between long pauses, has no more time than
+        one that only stands.
 """
 
 from agents.commands import Command, Put
 from agents.due import is_due
 from agents.liveness.timing import Timing
 from protocol.fence import Epoch, Fence, May, Turn
+from protocol.wire.messages import Odometry
 
 
 class Turns:
@@ -19,11 +23,24 @@ class Turns:
         self._newest: Fence | None = None
         self._put_at_s = now_s
         self._put_for: dict[int, int] = {}
+        self._watched_s = now_s
+        self._idle_s = 0.0
 
     @property
     def newest(self) -> Fence | None:
         """The newest turn that was put."""
         return self._newest
+
+    @property
+    def idle_s(self) -> float:
+        """For how much longer bodies have stood than driven in the newest robot's turn (rule 2)."""
+        return self._idle_s
+
+    def watch(self, odometry: Odometry, now_s: float) -> None:
+        """Note whether a body moves, by the newest odometry."""
+        passed_s, self._watched_s = now_s - self._watched_s, now_s
+        drives = odometry.moving or odometry.stood_s < self._timing.put_s
+        self._idle_s = max(0.0, self._idle_s - passed_s if drives else self._idle_s + passed_s)
 
     def put_for(self, robot: int) -> int:
         """The last turn that was put for a robot; 0: none."""
@@ -42,7 +59,7 @@ class Turns:
         assert not again or self._newest == fence, "one content for each turn number"
         self._newest, self._put_at_s = fence, now_s
         if may is May.ONE:
-            self._put_for[robot] = fence.turn
+            self._put_for[robot], self._idle_s = fence.turn, 0.0
         return [Put(Turn(fence=fence))]
 
     def repeat(self, now_s: float) -> list[Command]:

@@ -85,6 +85,11 @@ class Timing:
             looks_s=min(times * self.looks_s, self.stood_s / 2.0),
         )
 
+    def __post_init__(self) -> None:
+        for name, holds in self.relations().items():
+            if not holds:
+                raise ValueError(f"times do not fit together: {name}")
+
     def relations(self) -> dict[str, bool]:
         """What must hold, by name."""
         return {
