@@ -171,13 +171,13 @@ class Joining:
         # Where it stands it is not in place, whatever is remembered.
         places = places[np.hypot(*(places - view.position).T) > GAIN_M]
         ground = self._map.extended(self._outlines(stands.all))
-        berth_m = self._mission.obstacle_keep_m
+        keep_m = self._mission.obstacle_keep_m
         for _ in range(SPOTS_MAX):
-            way_m = ground.cost_to_go(view.position, tolerance_m=berth_m).at(places)
+            way_m = ground.cost_to_go(view.position, tolerance_m=keep_m).at(places)
             if not np.isfinite(way_m).any():
                 break
             place = places[int(np.argmin(way_m))]
-            cost_to_go = ground.cost_to_go(place, tolerance_m=berth_m)
+            cost_to_go = ground.cost_to_go(place, tolerance_m=keep_m)
             step = certified_step_to(view, walls, place)
             step = step or certified_step_to_goal(view, walls, cost_to_go)
             if step is not None:

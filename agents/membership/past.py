@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Self
 
-from agents.membership.places import Berth, Places
+from agents.membership.places import OldPlace, Places
 from agents.strand.member import Member
 from protocol.fence import Epoch
 from protocol.frames import Point
@@ -33,10 +33,10 @@ class Past:
     def with_strand(self, member: Member) -> Self:
         """After a strand; a robot that did not stand at its place in it has no place on its path."""
         formation = member.formation
-        berth = Berth(
+        place = OldPlace(
             formation.epoch, formation.rank, member.progress_m, member.path, behind_m=member.strand.behind_m
         )
-        places = self.places.with_berth(berth, moved=member.has_moved) if member.fits else Places()
+        places = self.places.with_old(place, moved=member.has_moved) if member.fits else Places()
         neighbours = {**self.neighbours, **member.strand.neighbours}
         usual_s = max((link.usual_s for link in member.strand.links), default=self.usual_s)
         return type(self)(places, member.counters, formation.epoch, member.arrived, neighbours, usual_s)

@@ -22,7 +22,7 @@ COASTS_M = 1.0  # a body stands at once when the fence rises: only what odometry
 
 
 @dataclass(frozen=True, slots=True)
-class Berth:
+class OldPlace:
     """A robot's place on the path of a formation that has ended."""
 
     epoch: Epoch
@@ -67,13 +67,13 @@ class Berth:
 class Places:
     """All of them; a robot that drives by its own steps leaves them all."""
 
-    berths: tuple[Berth, ...] = ()
+    old: tuple[OldPlace, ...] = ()
     draft: Former | None = None
 
-    def with_berth(self, berth: Berth, *, moved: bool) -> Self:
+    def with_old(self, place: OldPlace, *, moved: bool) -> Self:
         """The strand has ended: older places count only for a robot that has not moved in it."""
-        older = () if moved else self.berths
-        return type(self)((berth, *older)[: FORMERS_MAX - 1])
+        older = () if moved else self.old
+        return type(self)((place, *older)[: FORMERS_MAX - 1])
 
     def with_draft(self, epoch: Epoch, rank: int | None) -> Self:
         """The coordinator has told this robot's place in its draft, or that it has none."""
@@ -82,12 +82,12 @@ class Places:
             draft = Former(epoch=epoch, rank=rank, draft=True)
         elif draft is not None and draft.epoch == epoch:
             draft = None
-        return type(self)(self.berths, draft)
+        return type(self)(self.old, draft)
 
     def formers(self, pose: Pose) -> tuple[Former, ...]:
         """What a report tells, newest first."""
         draft = () if self.draft is None else (self.draft,)
-        return (*draft, *(berth.former(pose) for berth in self.berths))
+        return (*draft, *(place.former(pose) for place in self.old))
 
     def leg_to(
         self, ahead: tuple[Former, ...], pose: Pose, ahead_at: Pose, *, off_m_max: float
@@ -97,7 +97,7 @@ class Places:
         The robot ahead knows all of the path that it has driven; this one may have been cut off before. A
         robot that stands further off its place than `off_m_max` has left it (rule 2).
         """
-        for own in (berth.former(pose) for berth in self.berths):
+        for own in (place.former(pose) for place in self.old):
             theirs = next((each for each in ahead if each.epoch == own.epoch and not each.draft), None)
             if theirs is None or theirs.leg_from_m is None or theirs.rank + 1 != own.rank:
                 continue

@@ -23,7 +23,7 @@ from world.scenario.budget import sure_range_m
 from world.scenario.corners import sharpest_corner_rad
 
 RADIUS_M, EPSILON_M = 0.15, 0.05
-BERTH_M = RADIUS_M + EPSILON_M
+KEEP_M = RADIUS_M + EPSILON_M
 RANGE_M_MAX = 4.0
 SIZE_M = (3.0, 2.4)
 PLACES = st.tuples(st.floats(-0.5, SIZE_M[0] + 0.5), st.floats(0.0, SIZE_M[1]))
@@ -118,7 +118,7 @@ def field_shapes(kind: Kind, seed: int) -> tuple[Shape, ...]:
     overlap = kind is not Kind.CORRIDORS and seed % 2 == 0
     drawn = scene(
         Field(
-            kind=kind, seed=seed, size_m=SIZE_M, density=0.25, least_width_m=0.0 if overlap else 2.5 * BERTH_M
+            kind=kind, seed=seed, size_m=SIZE_M, density=0.25, least_width_m=0.0 if overlap else 2.5 * KEEP_M
         )
     )
     circles = [Circle(centre_m=(x, y), radius_m=radius_m) for x, y, radius_m in drawn["circles"]]
@@ -135,13 +135,13 @@ def standpoints(draw: st.DrawFn) -> Standpoint:
     places = draw(st.lists(PLACES, min_size=6, max_size=6))  # about every second one is clear
     directions = draw(st.sampled_from([24, 90, 360]))
     error_m, chance = draw(st.sampled_from([0.0, 0.00125, 0.01])), draw(st.integers(0, 2**16))
-    touch_m = draw(st.sampled_from([None, RADIUS_M + 1e-3, BERTH_M, BERTH_M + error_m + 1e-3]))
+    touch_m = draw(st.sampled_from([None, RADIUS_M + 1e-3, KEEP_M, KEEP_M + error_m + 1e-3]))
     candidates = [Standpoint(shapes, np.array(place), directions, error_m, chance) for place in places]
     there = next((each for each in candidates if each.off_m > (touch_m or RADIUS_M)), candidates[0])
     assume(there.off_m > (touch_m or RADIUS_M))
     if touch_m is not None:
         there = replace(there, position=_drawn_up(there, touch_m))
-    assume(there.mission.range_m_max >= 2.0 * BERTH_M)  # the loader refuses the rest
+    assume(there.mission.range_m_max >= 2.0 * KEEP_M)  # the loader refuses the rest
     return there
 
 

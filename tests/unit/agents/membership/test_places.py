@@ -2,7 +2,7 @@
 
 import pytest
 
-from agents.membership.places import COASTS_M, Berth, Places
+from agents.membership.places import COASTS_M, OldPlace, Places
 from protocol.fence import Epoch
 from protocol.frames import Point, Pose
 from protocol.path import Path
@@ -19,8 +19,8 @@ def bend() -> Path:
     return Path([Point(x_m=0.0, y_m=0.0), CORNER, Point(x_m=2.0, y_m=2.0)])
 
 
-def left_at(progress_m: float, *, epoch: Epoch = EPOCH, rank: int = 1, path: Path | None = None) -> Berth:
-    return Berth(epoch=epoch, rank=rank, progress_m=progress_m, path=path or bend())
+def left_at(progress_m: float, *, epoch: Epoch = EPOCH, rank: int = 1, path: Path | None = None) -> OldPlace:
+    return OldPlace(epoch=epoch, rank=rank, progress_m=progress_m, path=path or bend())
 
 
 def at(x_m: float, y_m: float) -> Pose:
@@ -90,7 +90,7 @@ def test_at_the_end_of_what_it_knows_of_the_path_it_stands_there() -> None:
 def test_a_robot_tells_the_corners_of_the_path_between_it_and_the_robot_behind(
     behind_m: float | None, stands: Pose, corners: tuple[Point, ...] | None
 ) -> None:
-    former = Berth(EPOCH, 0, 1.4, bend(), behind_m=behind_m).former(stands)
+    former = OldPlace(EPOCH, 0, 1.4, bend(), behind_m=behind_m).former(stands)
     assert former.leg_from_m == behind_m
     assert tuple(Point(x_m=each.x_m, y_m=each.y_m) for each in former.corners) == (corners or ())
 
@@ -99,7 +99,7 @@ def test_a_robot_tells_the_corners_of_the_path_between_it_and_the_robot_behind(
 def test_a_way_with_more_corners_than_can_be_told_is_not_told(corners: int, told: bool) -> None:
     zigzag = Path(Point(x_m=float(n), y_m=float(n % 2)) for n in range(corners + 2))
     end = zigzag[corners + 1]
-    former = Berth(EPOCH, 0, end.s_m, zigzag, behind_m=0.0).former(at(end.x_m, end.y_m))
+    former = OldPlace(EPOCH, 0, end.s_m, zigzag, behind_m=0.0).former(at(end.x_m, end.y_m))
     assert (former.leg_from_m == 0.0, len(former.corners) > 0) == (told, told)
 
 
@@ -159,7 +159,7 @@ def test_v23_a_leg_between_places_of_two_epochs_or_that_is_not_known_was_not_dri
 
 
 def test_a_leg_of_an_earlier_strand_counts_for_robots_that_have_not_moved_since() -> None:
-    places = Places((left_at(0.5, epoch=BEFORE),)).with_berth(left_at(0.5), moved=False)
+    places = Places((left_at(0.5, epoch=BEFORE),)).with_old(left_at(0.5), moved=False)
     assert leg_of(places, ahead_at(3.0, epoch=BEFORE), at(0.5, 0.0)) == LEG
 
 
@@ -168,7 +168,7 @@ def test_a_leg_of_an_earlier_strand_counts_for_robots_that_have_not_moved_since(
 
 def test_a_robot_that_has_moved_in_a_strand_has_left_its_older_places() -> None:
     places = Places((left_at(0.5, epoch=BEFORE),))
-    assert [former.epoch for former in places.with_berth(left_at(1.0), moved=True).formers(at(1.0, 0.0))] == [
+    assert [former.epoch for former in places.with_old(left_at(1.0), moved=True).formers(at(1.0, 0.0))] == [
         EPOCH
     ]
 
@@ -177,7 +177,7 @@ def test_no_more_places_are_told_than_a_report_holds() -> None:
     places = Places()
     for generation in range(6):
         epoch = Epoch(generation=generation, robot=1, life=7)
-        places = places.with_berth(left_at(0.5, epoch=epoch), moved=False)
+        places = places.with_old(left_at(0.5, epoch=epoch), moved=False)
     places = places.with_draft(EPOCH, 2)
     told = places.formers(at(0.5, 0.0))
     assert len(told) == FORMERS_MAX
@@ -197,4 +197,4 @@ def test_a_place_in_a_draft_is_kept_until_that_draft_has_it_no_more() -> None:
 
 
 def test_a_strand_that_forms_ends_the_place_in_its_draft() -> None:
-    assert Places().with_draft(EPOCH, 2).with_berth(left_at(0.5), moved=False).draft is None
+    assert Places().with_draft(EPOCH, 2).with_old(left_at(0.5), moved=False).draft is None

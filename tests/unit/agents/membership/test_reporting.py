@@ -10,7 +10,7 @@ from agents.body.senses import Senses
 from agents.commands import AskScan, Command, Say
 from agents.liveness.timing import Timing
 from agents.membership.past import Past
-from agents.membership.places import Berth, Places
+from agents.membership.places import OldPlace, Places
 from agents.membership.reporting import Reporter
 from agents.membership.turn import Ended
 from agents.strand.memory import Memory
@@ -27,7 +27,7 @@ HERE, AHEAD = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), Pose(x_m=0.8, y_m=0.0, he
 MISSION = under("certified", robots=3, robot_radius_m=0.1, goal=Point(x_m=5.0, y_m=0.0))
 TIMING = Timing()
 PATH = Path([Point(x_m=0.0, y_m=0.0), Point(x_m=0.8, y_m=0.0)])
-DRIVEN = Places((Berth(BEFORE, 1, 0.0, PATH),))
+DRIVEN = Places((OldPlace(BEFORE, 1, 0.0, PATH),))
 
 
 @dataclass

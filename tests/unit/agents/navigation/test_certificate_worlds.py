@@ -16,9 +16,9 @@ from agents.navigation.certificate import (
 )
 from protocol.arrays import Floats
 from tests.support.scenes.standpoints import (
-    BERTH_M,
     HEADINGS,
     HEADINGS_RAD,
+    KEEP_M,
     RADIUS_M,
     Standpoint,
     standpoints,
@@ -88,7 +88,7 @@ def test_no_promise_exceeds_the_true_clearance(there: Standpoint) -> None:
 def test_the_disc_of_a_certified_step_stays_in_the_free_polygon(there: Standpoint) -> None:
     lengths_m = certified_m(there)
     moves = there.moves(lengths_m)
-    keep_m = BERTH_M + there.range_error_m
+    keep_m = KEEP_M + there.range_error_m
     edge_m = float(shapely.distance(there.free.exterior, shapely.Point(there.position)))
     assert shapely.covers(there.free, moves).all()
     assert shapely.distance(there.free.exterior, moves).min() >= min(keep_m, edge_m) - ROUNDING_M
@@ -106,7 +106,7 @@ def test_each_refused_step_could_touch_something_hidden_from_the_scan(there: Sta
     outline = shapely.LinearRing((there.position + corners).reshape(-1, 2))
     places = shapely.get_coordinates(shapely.segmentize(outline, SAMPLE_M))
     longer = there.moves(lengths_m + BEYOND_M)
-    touched = shapely.distance(longer[:, None], shapely.points(places)[None, :]) <= BERTH_M + SAMPLE_M
+    touched = shapely.distance(longer[:, None], shapely.points(places)[None, :]) <= KEEP_M + SAMPLE_M
     ahead = HEADINGS @ (places - there.position).T >= -SAMPLE_M
     assert (touched & ahead).any(axis=1).all()
 
