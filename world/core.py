@@ -364,6 +364,7 @@ class World:
 
     def _end(self, ending: Ending, wall_s: float) -> list[Command]:
         self.ending, self.over_s = ending, self.now_s
+        self.tally.end(self.now_s)
         self.survivors = frozenset(self.attendance.living)
         self.bodies.stand()
         return [*(self.arena.sample() if self._started else []), *self._go_on_to(Phase.OVER, wall_s)]
@@ -387,10 +388,8 @@ class World:
         assert self.ending is not None, "judged before the run was over"
         self._unlawful += [each.broken for each in self._judge.close()]
         self.judgement = self._judge.judgement
-        reason = str(self.ending)
-        about = {Ending.MISSING: self.attendance.missing, Ending.STRANDED: self.stranded}
-        if self.ending in about:
-            reason += f": {', '.join(map(robot_name, about[self.ending]))}"
+        about = {Ending.MISSING: self.attendance.missing, Ending.STRANDED: self.stranded}.get(self.ending)
+        reason = str(self.ending) if about is None else f"{self.ending}: {', '.join(map(robot_name, about))}"
         return [*self._take_unlawful(), self.arena.note(RunEnded(reason=reason))]
 
     def _judge_again(self) -> list[Command]:

@@ -231,8 +231,8 @@ OF_VIEWS = (
         "laid-through-bodies",
         "S1: a driven leg is laid where it was, and not from where bodies stand beside it",
         "agents/membership/places.py",
-        "        return stands\n    return at\n",
-        "        return stands\n    return stands\n",
+        "    return at if off_m > ON_LINE_M else Point(x_m=pose.x_m, y_m=pose.y_m)\n",
+        "    return Point(x_m=pose.x_m, y_m=pose.y_m)\n",
         check="tests/rehearsals/test_driven_legs.py::test_drive_errors_do_not_add_up_from_view_to_view",
     ),
     mutant(

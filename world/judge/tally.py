@@ -1,5 +1,6 @@
 """The counts and facts of a run, from its entries. An entry counts only from the source that it concerns."""
 
+import math
 from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 
@@ -57,6 +58,8 @@ class Tally:
     """Whether, after an arrival, a formation has found no way for the same robots as the one before."""
     route_lost: tuple[float, RouteLost] | None = None
     goal_reached: bool = False
+    over_s: float = math.inf
+    """When the run was over: a view in which a robot is bound later takes nothing from its arrival."""
     switching_steps: int = 0
     switching_positions: list[Point] = field(default_factory=list)
     """The leader's positions before its first step and after each step [world frame]."""
@@ -115,6 +118,10 @@ class Tally:
             counts.subtract([by])
             self.removed[book] = +counts
 
+    def end(self, t_s: float) -> None:
+        """The run is over."""
+        self.over_s = t_s
+
     def _hear_world(self, entry: Entry) -> None:
         match entry.record:
             case RobotDied(robot=robot):
@@ -144,7 +151,7 @@ class Tally:
             case RobotArrived():
                 self.arrived.add(robot)
                 self.arrived_s = max(self.arrived_s, entry.t_s)
-            case StrandJoined() | ViewJoined():
+            case StrandJoined() | ViewJoined() if entry.t_s < self.over_s:
                 self.arrived.discard(robot)  # it has no place in the new strand yet
             case StrandFormed(epoch=epoch):
                 self._form(epoch, entry.t_s)

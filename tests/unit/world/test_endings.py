@@ -231,6 +231,16 @@ def test_robots_that_join_another_view_have_not_arrived() -> None:
     assert ends_within(stage, 2 * STRANDED_S) is None
 
 
+def test_a_robot_that_has_arrived_keeps_that_when_the_run_is_over_before_it_is_in_another_view() -> None:
+    stage = running()
+    for robot in (1, 2):
+        stage.write(robot, RobotArrived(progress_m=1.0))
+    stage.look()
+    assert stage.at()[2] is Ending.ARRIVED
+    stage.write(1, ViewJoined(epoch=20002))
+    assert stage.world.tally.arrived == {1, 2}
+
+
 def test_a_stranded_robot_that_dies_is_not_waited_for() -> None:
     stage = running(time={"time_s_max": 500.0})
     strand(stage, 1, 2)
