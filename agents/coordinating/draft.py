@@ -130,12 +130,10 @@ class Draft:
 
     def _order_of(self, reports: Mapping[int, Report], stayed: Sequence[int]) -> tuple[int, ...]:
         """The order in which these stay, with others between or before them if nobody has to move."""
-        self._stayed = tuple(stayed)
+        self._stayed, places = tuple(stayed), places_of(reports)
         if not self._trial:
-            return kept_order(places_of(reports), stayed, ())
-        places, kept = places_of(reports), stayed
-        if self.keeps and not self.led:
-            kept = rejoined(reports, stayed)
+            return kept_order(places, stayed, ())
+        kept = rejoined(reports, stayed) if self.keeps and not self.led else stayed
         order = kept_order(places, kept, in_front(places, kept, self.mission.goal))
         self._front = order[: min(order.index(robot) for robot in stayed)]
         until = 1 + max(order.index(robot) for robot in stayed)

@@ -198,17 +198,16 @@ class Joining:
         places = (ahead + lengths[:, None, None] * around).reshape(-1, 2)
         places = places[stands.admit(places, mission.robot_keep_m + SLACK_M)]
         others = np.concatenate([stands.strand[:-1], stands.waiting])
-        reach_m = lengths.max(initial=0.0) + 2.0 * mission.robot_radius_m + mission.clear_m + SLACK_M
+        longest_m = lengths.max(initial=0.0)
+        reach_m = longest_m + 2.0 * mission.robot_radius_m + mission.clear_m + SLACK_M
         others = others[np.hypot(*(others - ahead).T) < reach_m]
         places = places[~on_ways(self._outlines(others), places, ahead, mission, slack_m=SLACK_M)]
-        near = self._hits[
-            np.hypot(*(self._hits - ahead).T) < lengths.max(initial=0.0) + mission.obstacle_keep_m + 1.0
-        ]
+        near = self._hits[np.hypot(*(self._hits - ahead).T) < longest_m + mission.obstacle_keep_m + 1.0]
         off = distances_to_segments(near[:, None], places, ahead)
         # What may be hidden beside a hit lies along the ray to it, and one spacing beside it.
-        rays = CLOSER * mission.directions * mission.revolutions
-        spacing_rad = 2.0 * np.pi / rays
-        off *= mission.sure_share_in(rays)
+        closest_rays = CLOSER * rays
+        spacing_rad = 2.0 * np.pi / closest_rays
+        off *= mission.sure_share_in(closest_rays)
         off -= spacing_rad * np.hypot(*np.moveaxis(near[:, None] - places, -1, 0))
         open_m = off.min(axis=0, initial=np.inf) - mission.range_error_m_max
         least_open_m = mission.robot_radius_m + certain_clearance_m_min(mission) + 2.0 * HIT_M

@@ -18,6 +18,25 @@ from world.scenario.scenario import load
 
 ROBOTS, LEG_M = 11, 0.98
 HEADING_ERROR_RAD, RANGE_M = 0.01, 1.0
+
+
+def drives(heading_error_rad: float) -> str:
+    """The sections of a scenario that say how robots see and drive."""
+    return f"""
+[sensor]
+directions = 360
+range_m_max = {RANGE_M}
+[drive]
+speed_mps = 0.3
+speed_mps_min = 0.05
+speed_mps_max = 1.0
+turn_rate_radps = 50.0
+heading_error_rad = {heading_error_rad}
+[time]
+time_s_max = 120.0
+"""
+
+
 ALONG_THE_BOUNDS = f"""
 name = "along-the-bounds"
 [fleet]
@@ -37,17 +56,7 @@ x_m_min = -20.0
 y_m_min = -0.1421
 x_m_max = 20.0
 y_m_max = 3.0
-[sensor]
-directions = 360
-range_m_max = {RANGE_M}
-[drive]
-speed_mps = 0.3
-speed_mps_min = 0.05
-speed_mps_max = 1.0
-turn_rate_radps = 50.0
-heading_error_rad = {HEADING_ERROR_RAD}
-[time]
-time_s_max = 120.0
+{drives(HEADING_ERROR_RAD)}
 """
 
 
@@ -101,17 +110,7 @@ x_m_min = -2.0
 y_m_min = -0.1206
 x_m_max = 11.0
 y_m_max = 3.0
-[sensor]
-directions = 360
-range_m_max = {RANGE_M}
-[drive]
-speed_mps = 0.3
-speed_mps_min = 0.05
-speed_mps_max = 1.0
-turn_rate_radps = 50.0
-heading_error_rad = 0.005
-[time]
-time_s_max = 120.0
+{drives(0.005)}
 [[obstacle]]
 shape = "polygon"
 vertices_m = [[0.3, 0.21], [8.5, 0.21], [8.5, 3.0], [0.3, 3.0]]
