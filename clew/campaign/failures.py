@@ -1,7 +1,8 @@
 """How a run fails: as its folder or its campaign recorded it, and when it is rehearsed again.
 
 Rule 1: two runs fail in the same way if the same invariant is broken first, or the same exception is raised,
-        or the sentences differ only in numbers and robots. Other differences do not matter.
+        or the sentences differ only in numbers and robots. Other differences do not matter, nor does what a
+        fleet was doing when its time was up.
 """
 
 import re
@@ -25,6 +26,7 @@ from world.scenario.scenario import Scenario
 WALL_S_MAX = 60.0  # an episode takes a third of a second: one that takes this long never ends
 NO_END = "has no end"
 _BROKEN = re.compile(r"([SFPA]\d) .*?broken by ")
+_DOING = re.compile(r"(the time was up [^:]*): .*")
 _NUMBERS = re.compile(r"\br?\d+(\.\d+)?(, r?\d+(\.\d+)?)*")
 
 
@@ -123,5 +125,5 @@ def _breaking(invariant: str) -> str:
 
 
 def _masked(sentence: str) -> str:
-    """A sentence with its numbers and robots replaced (rule 1)."""
-    return _NUMBERS.sub("#", sentence)
+    """A sentence without what does not matter (rule 1)."""
+    return _NUMBERS.sub("#", _DOING.sub(r"\1", sentence))
