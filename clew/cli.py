@@ -58,7 +58,7 @@ def _one_line() -> Iterator[None]:
         raise
     except click.UsageError as error:
         help_is = "" if error.ctx is None else f" ({error.ctx.command_path} -h is its help)"
-        raise _Refusal(plain(error.format_message()) + help_is) from error
+        raise _Refusal(plain(" ".join(error.format_message().split())) + help_is) from error
 
 
 class _Verbs(LateGroup):

@@ -4,6 +4,22 @@
 #
 # It installs nothing outside its environment. What it cannot check for want of a browser, or of Node.js, it names.
 set -euo pipefail
+case ${1-} in
+-h | --help)
+    cat <<'USAGE'
+Usage: launch/test.sh [PYTEST ARGUMENTS]
+
+  Checks lint, format, types, shell scripts and all tests, with an environment of its own (.venv; a minute or two
+  the first time). It takes some eight minutes on two cores, and exits with 0 if all is well, else with 1.
+
+  Examples:
+    launch/test.sh
+    launch/test.sh -k house        # only the tests with this word in their names
+    launch/test.sh tests/unit/world
+USAGE
+    exit
+    ;;
+esac
 source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/setup.sh"
 set_up dev
 cd "$clew_root"

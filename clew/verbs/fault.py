@@ -73,8 +73,9 @@ MESSAGES = (
 def fault(ctx: click.Context, run: Path) -> None:
     """Inject a fault into the fleet that is running in RUN, from now on.
 
-    TARGET is a robot (3 or r3), a role (leader, middle, tail), the router or the world. The verb prints the
-    name of the fault. The timeline of the run records each injection under this name as fault.injected.
+    TARGET is a robot (3 or r3), a role (leader, middle, tail, coordinator), the router or the world. The verb
+    prints the name of the fault. The timeline of the run records each injection under this name as
+    fault.injected.
     """
     ctx.obj = run
 

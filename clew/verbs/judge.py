@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 def judge_verb(ctx: click.Context, run: Path, scene: Path | None, *, as_json: bool) -> None:
     """Judge a run a second time, by true poses and the scene alone.
 
-    RUN is the folder of a run, or its events.jsonl; SCENE a scenario or a scene, instead of the scenario in
-    the run's header. This judge shares no code with the world's and uses no entry of a robot. It prints the
-    least distances with their times, and where each robot stands at the end. The folder of a run with several
-    fleets has one for each: all are judged, and the distances between them.
+    RUN is the folder of a run, or its events.jsonl; SCENE a scenario (a name or a file) or a
+    scene, instead of the scenario in the run's header. This judge shares no code with the world's and uses no
+    entry of a robot. It prints the least distances with their times, and where each robot stands at the end.
+    The folder of a run with several fleets has one for each: all are judged, and the distances between them.
 
     Exits with 1 when a promise was broken, the fleet did not arrive, or verdict.json says otherwise.
     """

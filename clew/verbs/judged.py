@@ -15,6 +15,7 @@ from protocol.errors import UsageError
 from protocol.files.opening import MADE_BYTES_MAX, open_regular, read_bytes
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
+from world.scenario.reading import find
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +47,7 @@ def judged(run: Path, scene: Path | None) -> Judged:
     folder, events = (run, run / EVENTS_FILE) if run.is_dir() else (run.parent, run)
     try:
         with open_regular(events) as lines:
-            truth = read(lines, None if scene is None else _content(scene))
+            truth = read(lines, None if scene is None else _content(find(str(scene))))
     except UnreadableError as error:
         raise UsageError(f"{run}: {error}") from error
     finding = judge(truth)

@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 import msgspec
 
-from clew.verbs.options import AS_JSON, COLOR, RUN
+from clew.verbs.options import AS_JSON, COLOR, FINITE, RUN
 from clew.verbs.say import warn
 from protocol.plain import plain
 from protocol.timeline import Entry
@@ -35,8 +35,8 @@ AT_ONCE = 1000  # lines in one write, because each write is a system call
     multiple=True,
     help="Only entries about messages on this key, for example 'link/r2/*'; repeatable.",
 )
-@click.option("--from", "from_s", type=float, help="Only entries from this time on [simulated s].")
-@click.option("--to", "to_s", type=float, help="Only entries up to this time [simulated s].")
+@click.option("--from", "from_s", type=FINITE, help="Only entries from this time on [simulated s].")
+@click.option("--to", "to_s", type=FINITE, help="Only entries up to this time [simulated s].")
 @click.option(
     "--follow", "following", is_flag=True, help="Wait for new entries until the run has ended or Ctrl-C."
 )

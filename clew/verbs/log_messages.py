@@ -8,7 +8,7 @@ import click
 import msgspec
 
 from clew.log.journals.fate import Fate
-from clew.verbs.options import AS_JSON, RUN, Word
+from clew.verbs.options import AS_JSON, FINITE, RUN, Word
 from clew.verbs.say import say, warn
 from protocol.errors import UsageError
 from protocol.faults.rules import MessageKind
@@ -70,8 +70,8 @@ class _Steps(click.ParamType[tuple[int, int]]):
     type=Word([each.value for each in Fate]),
     help="Only messages with this fate; repeatable.",
 )
-@click.option("--from", "from_s", type=float, help="Only from this time on [simulated s].")
-@click.option("--to", "to_s", type=float, help="Only up to this time [simulated s].")
+@click.option("--from", "from_s", type=FINITE, help="Only from this time on [simulated s].")
+@click.option("--to", "to_s", type=FINITE, help="Only up to this time [simulated s].")
 @AS_JSON
 def messages(
     run: Path,

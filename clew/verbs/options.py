@@ -1,5 +1,6 @@
 """Options that several verbs of the command line take."""
 
+import math
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -26,6 +27,19 @@ class Word(click.Choice[str]):
     def get_invalid_choice_message(self, value: object, ctx: click.Context | None) -> str:
         """The refusal."""
         return super().get_invalid_choice_message(value, ctx) + did_you_mean(str(value), self.choices)
+
+
+class Finite(click.ParamType[float]):
+    """A number that is neither infinite nor NaN."""
+
+    name = "float"
+
+    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """The number."""
+        number: float = click.FLOAT(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{value} is not a finite number.", param, ctx)
+        return number
 
 
 class LawName(click.ParamType[str]):
@@ -59,6 +73,7 @@ def _complete(folder: str) -> Callable[[click.Context, click.Parameter, str], li
     return complete
 
 
+FINITE = Finite()
 ROBOTS = click.IntRange(1, ROBOTS_MAX)
 SEED = click.IntRange(0, SEED_MAX)
 

@@ -7,6 +7,7 @@ import pytest
 
 from tests.support.campaigns import clew
 from tests.support.judges import poses, scenario, written
+from world.scenario.reading import SCENARIOS
 
 POST = {"shape": "circle", "centre_m": [4.0, 0.4], "radius_m": 0.2}
 SCENE = {
@@ -51,6 +52,11 @@ def test_another_scene_is_judged_instead_of_that_in_the_header(tmp_path: Path, r
     assert said.exit_code == 1
     assert "S1 (clearance): robot 1 and obstacle 1: 0.0200 m at t=2.00 s, required 0.0450 m" in said.stdout
     assert said.stdout.endswith("FAILED: promises broken, arrived; there is no verdict\n")
+
+
+def test_a_scene_may_be_a_scenarios_name(run: Path) -> None:
+    said, again = clew("judge", run, "grove"), clew("judge", run, SCENARIOS / "grove.toml")
+    assert (said.stderr, said.stdout) == ("", again.stdout)
 
 
 def test_json_has_the_same(run: Path) -> None:

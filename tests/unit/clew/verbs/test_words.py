@@ -30,6 +30,10 @@ REFUSED = [
     ["log", "check"],
     ["log", "cat", "run", "--step", "x"],
     ["view"],
+    ["log", "cat", "run", "--from", "nan"],
+    ["log", "messages", "run", "--to", "inf"],
+    ["replay", "run", "--until", "nan"],
+    ["field", "--seed", "1"],
 ]
 
 
@@ -50,6 +54,7 @@ def test_what_cannot_be_done_is_one_line(arguments: list[str]) -> None:
     said = clew(*arguments)
     assert (said.exit_code, said.stdout, said.stderr.count("\n")) == (2, "", 1)
     assert said.stderr.startswith("Error: ")
+    assert "\\" not in said.stderr
 
 
 @pytest.mark.parametrize("verb", VERBS, ids=" ".join)
