@@ -3,21 +3,24 @@
 Data goes to stdout, everything else to stderr. docs/run.md lists the exit codes.
 """
 
-import contextlib
-import errno
-import os
-import sys
-from collections.abc import Iterator, Mapping
+from protocol.process.loading import loading
 
-import click
+with loading():
+    import contextlib
+    import errno
+    import os
+    import sys
+    from collections.abc import Iterator, Mapping
 
-from clew.verbs.group import Late, LateGroup, examples
-from clew.verbs.options import VERSION
-from protocol.errors import UsageError
-from protocol.exit_codes import ExitCode
-from protocol.plain import plain
-from protocol.process.asked import AskedToEnd
-from world.record.recorder import RecordingFailedError
+    import click
+
+    from clew.verbs.group import Late, LateGroup, examples
+    from clew.verbs.options import VERSION
+    from protocol.errors import UsageError
+    from protocol.exit_codes import ExitCode
+    from protocol.plain import plain
+    from protocol.process.asked import AskedToEnd
+    from world.record.recorder import RecordingFailedError
 
 SECTIONS: Mapping[str, Mapping[str, Late]] = {
     "A run": {

@@ -1,28 +1,31 @@
 """`python -m world`: the bodies, sensors, judgement and timeline of one run."""
 
-import argparse
-import logging
-import os
-import resource
-import sys
-from collections.abc import Sequence
-from dataclasses import replace
-from pathlib import Path
+from protocol.process.loading import loading
 
-from protocol.errors import SessionLostError, UsageError
-from protocol.exit_codes import ExitCode
-from protocol.network.session import Session, read_session
-from protocol.plain import PlainFormatter
-from protocol.run_settings import SCENARIO_FILE, check_is_run, read_plan, read_settings
-from world.judge.ground import Ground
-from world.judge.together import TogetherVerdict, pass_together
-from world.judge.verdict import Verdict
-from world.life import Request
-from world.record.recorder import RecordingFailedError
-from world.record.run_files import read_scenario, save_verdict
-from world.scenario.fleets import load_fleets
-from world.scenario.scenario import Scenario
-from world.shell import run
+with loading():
+    import argparse
+    import logging
+    import os
+    import resource
+    import sys
+    from collections.abc import Sequence
+    from dataclasses import replace
+    from pathlib import Path
+
+    from protocol.errors import SessionLostError, UsageError
+    from protocol.exit_codes import ExitCode
+    from protocol.network.session import Session, read_session
+    from protocol.plain import PlainFormatter
+    from protocol.run_settings import SCENARIO_FILE, check_is_run, read_plan, read_settings
+    from world.judge.ground import Ground
+    from world.judge.together import TogetherVerdict, pass_together
+    from world.judge.verdict import Verdict
+    from world.life import Request
+    from world.record.recorder import RecordingFailedError
+    from world.record.run_files import read_scenario, save_verdict
+    from world.scenario.fleets import load_fleets
+    from world.scenario.scenario import Scenario
+    from world.shell import run
 
 STDIN = 0
 
