@@ -96,19 +96,18 @@ def test_a_bell_that_another_thread_rings_ends_the_wait_and_a_ring_before_it_end
 
 
 def test_while_a_task_waits_for_a_bell_its_loop_still_hears_signals_and_files() -> None:
-    async def waits() -> int:
+    async def waits(timer: Timer) -> int:
         bell = await _bell()
+        timer.start()  # here the loop handles signals: before that, one would end us
         while True:
             await bell.wait(None)
 
     reading_end, writing_end = os.pipe()
     raises = Timer(0.01, os.kill, (os.getpid(), signal.SIGTERM))
-    raises.start()
-    assert _in_one_task(until_ended(waits(), reading_end)) == ExitCode.TERMINATED
+    assert _in_one_task(until_ended(waits(raises), reading_end)) == ExitCode.TERMINATED
     raises.join()
     closes = Timer(0.01, os.close, (writing_end,))
-    closes.start()
-    assert _in_one_task(until_ended(waits(), reading_end)) == ExitCode.TERMINATED
+    assert _in_one_task(until_ended(waits(closes), reading_end)) == ExitCode.TERMINATED
     closes.join()
     os.close(reading_end)
 
