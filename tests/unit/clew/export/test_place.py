@@ -106,21 +106,29 @@ def test_the_next_export_removes_only_the_leftovers_of_a_killed_one(run: Path, t
     assert {each.name for each in tmp_path.iterdir()} == {"run", "out", own.name}
 
 
-# The export asks itself to end as soon as its files are open: from outside nobody can be sure to be in time.
-ENDS_ITSELF = """
-import signal
+# The export interrupts itself in its middle: from outside nobody can be sure to be in time.
+INTERRUPTS_ITSELF = """
+import signal, sys
+from pathlib import Path
 from clew.cli import main
-from clew.export import csv_files
-csv_files.fill = lambda tables, lines: signal.raise_signal(signal.SIGTERM)
+from clew.export import csv_files, mcap_file
+number = int(sys.argv.pop())
+def interrupts(*_):
+    assert list(Path(RUN).glob(".*.part")), "there is a draft"
+    signal.raise_signal(number)
+csv_files.fill = mcap_file._Writing.entry = interrupts
 main()
 """
 
 
 @pytest.mark.processes
-def test_an_export_that_is_asked_to_end_leaves_nothing(run: Path) -> None:
-    command = [sys.executable, "-c", ENDS_ITSELF, "log", "export", str(run), "--to", "csv"]
-    ended = subprocess.run(command, cwd=ROOT, timeout=DEADLINE_S, check=False)
-    assert ended.returncode == 128 + signal.SIGTERM
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("to", ["mcap", "csv"])
+def test_an_interrupted_export_leaves_nothing(run: Path, to: str, number: signal.Signals) -> None:
+    asked = ["log", "export", str(run), "--to", to, str(int(number))]
+    script = INTERRUPTS_ITSELF.replace("RUN", repr(str(run)))
+    ended = subprocess.run([sys.executable, "-c", script, *asked], cwd=ROOT, timeout=DEADLINE_S, check=False)
+    assert ended.returncode == 128 + number
     assert [each.name for each in run.iterdir()] == ["events.jsonl"]
 
 
