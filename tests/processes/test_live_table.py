@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from protocol.faults.manual_faults import FaultRequest, request_fault
+from protocol.faults.rules import Kill
 from protocol.root import ROOT
 from tests.support.deadline import DEADLINE_S
 from tests.support.logs.logs import AT_REST, numbered, recorded
@@ -41,9 +43,12 @@ def code_of(fleet: Fleet, terminal: Terminal) -> int:
 
 
 def test_table_follows_the_fleet_and_ends_with_the_verdicts_numbers(fleet: Fleet, terminal: Terminal) -> None:
-    begin(fleet, terminal, "grove", "--seed", "1", "--speed", "4", "--faults", "leader-killed")
+    begin(fleet, terminal, "grove", "--seed", "1", "--speed", "2")
     assert "r1  leader  leading" in terminal.wait_for("leading")
     assert terminal.hides_its_cursor()
+    request_fault(
+        fleet.folder(), FaultRequest(rule=Kill(target="leader"))
+    )  # it leads until this has been seen
     terminal.wait_for("r2  leader  leading")
     terminal.wait_for("r1          dead")
     assert code_of(fleet, terminal) == 0

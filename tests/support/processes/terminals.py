@@ -2,10 +2,12 @@
 
 import fcntl
 import os
+import re
 import select
 import struct
 import termios
 import time
+from collections import deque
 from dataclasses import dataclass, field
 
 import pyte
@@ -14,6 +16,7 @@ from tests.support.deadline import DEADLINE_S
 
 CTRL_C = b"\x03"
 READ_S = 0.05
+PICTURE = re.compile(rb"(?=\r\x1b\[2K\x1b\[1A)")  # Rich removes the last picture before it draws the next one
 
 
 @dataclass(slots=True)
@@ -29,6 +32,8 @@ class Terminal:
     _ours: int = field(init=False)
     _screen: pyte.Screen = field(init=False)
     _stream: pyte.ByteStream = field(init=False)
+    _coming: deque[bytes] = field(default_factory=deque)
+    """Pictures that are not on the screen yet: a test that is late misses none."""
 
     def __post_init__(self) -> None:
         self._ours, self.theirs = os.openpty()
@@ -53,15 +58,17 @@ class Terminal:
         os.write(self._ours, keys)
 
     def read(self) -> bool:
-        """Read what has been written; False if no process has the other end any more."""
-        if not select.select([self._ours], [], [], READ_S)[0]:
-            return True
-        try:
-            text = os.read(self._ours, 65536)
-        except OSError:  # EIO: the terminal's other end is closed
-            return False
-        self.written += text
-        self._stream.feed(text)
+        """Show the next picture that was written; False if no process has the other end any more."""
+        if not self._coming:
+            if not select.select([self._ours], [], [], READ_S)[0]:
+                return True
+            try:
+                text = os.read(self._ours, 65536)
+            except OSError:  # EIO: the terminal's other end is closed
+                return False
+            self.written += text
+            self._coming.extend(filter(None, PICTURE.split(text)))
+        self._stream.feed(self._coming.popleft())
         return True
 
     def wait_for(self, words: str, timeout_s: float = DEADLINE_S) -> str:

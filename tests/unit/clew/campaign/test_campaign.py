@@ -317,24 +317,28 @@ def test_no_outcome_is_lost_when_a_worker_dies_or_gets_an_interrupt(
 
 
 # A worker notes itself which signals it finds blocked: a look into /proc may come before its exec, or after
-# its end. Python runs a `sitecustomize` before all else.
-NOTES = """
-import signal, sys
+# its end. Python runs a `sitecustomize` before all else. What is in `z` never ends, so the campaign lasts.
+IN_WORKERS = """
+import signal, sys, threading
 from pathlib import Path
-
 if any("spawn_main" in each for each in sys.orig_argv):
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ())
     with Path(__file__).with_name("noted").open("a") as file:
         file.write(" ".join(str(int(each)) for each in blocked) + "\\n")
+    from clew.campaign import episode
+    def holding(each, play=episode.play):
+        return threading.Event().wait() if "/z/" in each.path else play(each)
+
+    episode.play = holding
 """
 
 
 @pytest.fixture
 def begun(scenes: Path) -> Iterator[subprocess.Popen[str]]:
     """A campaign that was just started on two processes."""
-    (scenes.parent / "sitecustomize.py").write_text(NOTES, encoding="utf-8")
-    for index in range(4):  # these are played last and take longest
-        scene(scenes / "z" / f"{index}.json", goal=[12.0, 0.0], bounds=[0.0, -1.0, 14.0, 1.0])
+    (scenes.parent / "sitecustomize.py").write_text(IN_WORKERS, encoding="utf-8")
+    for index in range(2):  # these are played last
+        scene(scenes / "z" / f"{index}.json")
     out = scenes.parent / "out"
     asked = ["--scenes", str(scenes), "--robots", "1", "--out", str(out), "--jobs", "2"]
     process = subprocess.Popen(
@@ -384,10 +388,10 @@ def test_an_interrupted_campaign_says_so_and_can_be_continued(
     assert "Traceback" not in complaints
     finished = played(scenes)
     assert (told(scenes)["interrupted"], told(scenes)["all"]["episodes"]) == (True, len(finished))
-    assert 1 <= len(finished) < 6
+    assert 1 <= len(finished) <= 2
     campaign(scenes)
     assert played(scenes)[: len(finished)] == finished
-    assert told(scenes)["all"]["episodes"] == len(played(scenes)) == 6
+    assert told(scenes)["all"]["episodes"] == len(played(scenes)) == 4
 
 
 def test_a_campaign_that_is_killed_leaves_no_process(going: subprocess.Popen[str]) -> None:
