@@ -13,10 +13,9 @@ from pathlib import Path
 
 import pytest
 
-from clew.fleet.prepare import free_endpoint
 from protocol.errors import SessionLostError
 from protocol.keys import WORLD
-from protocol.network.session import write_sessions
+from protocol.network.session import unix_socket_endpoint, write_sessions
 from protocol.network.transport import Appeared, Arrival, Heard, Refused
 from protocol.network.zenoh_transport import ZenohTransport
 from protocol.run_settings import Settings
@@ -46,26 +45,26 @@ ROUND_S = 0.005  # time for sent messages to arrive
 ROUNDS_MAX = 2000
 
 
-def port_of(endpoint: str) -> int:
-    return int(endpoint.rpartition(":")[2])
+def behind(folder: Path) -> tuple[str, str]:
+    """Where a router behind a proxy listens, as an endpoint and as a path: a free port may not stay free."""
+    endpoint = unix_socket_endpoint(folder)
+    return endpoint, endpoint.partition("/")[2]
 
 
 @contextmanager
 def damaged_wire(seed: int) -> Iterator[tuple[Path, Proxy]]:
     """Sessions that reach their router through a proxy."""
-    outer, inner = free_endpoint(), free_endpoint()
     folder = Path(tempfile.mkdtemp(prefix="clew"))
-    tcp = f"tcp/127.0.0.1:{port_of(inner)}"
+    inner, path = behind(folder)
     try:
-        found = f"tcp/127.0.0.1:{port_of(outer)}"
-        write_sessions(folder, fleet=KEYS.fleet, run=KEYS.run, robots=len(ROBOTS), endpoints=[found])
-        with (
-            python("-m", "protocol", "--sessions", str(folder), "--lifeline", "--listen", tcp) as router,
-            proxy_aside(port_of(inner), listen=port_of(outer), seed=seed) as between,
-        ):
-            assert router.stdout is not None
-            assert router.stdout.readline().startswith("ready ")
-            yield folder, between
+        with proxy_aside(path, seed=seed) as (between, port):
+            found = f"tcp/127.0.0.1:{port}"
+            write_sessions(folder, fleet=KEYS.fleet, run=KEYS.run, robots=len(ROBOTS), endpoints=[found])
+            options = ["--sessions", str(folder), "--lifeline", "--listen", inner]
+            with python("-m", "protocol", *options) as router:
+                assert router.stdout is not None
+                assert router.stdout.readline().startswith("ready ")
+                yield folder, between
     finally:
         shutil.rmtree(folder)
 
@@ -73,11 +72,10 @@ def damaged_wire(seed: int) -> Iterator[tuple[Path, Proxy]]:
 @contextmanager
 def fleet_behind_proxy(fleet: Fleet) -> Iterator[tuple[subprocess.Popen[str], Proxy]]:
     """The world process of a whole fleet that reaches its router through a proxy."""
-    outer, inner = port_of(free_endpoint()), port_of(free_endpoint())
-    endpoint, listen = f"tcp/127.0.0.1:{outer}", f"tcp/127.0.0.1:{inner}"
+    inner, path = behind(fleet.temporary)
     with (
-        proxy_aside(inner, listen=outer, seed=1) as between,
-        Parts(fleet, len(ROBOTS), GROVE, SETTINGS, endpoint, listen).started() as world,
+        proxy_aside(path, seed=1) as (between, port),
+        Parts(fleet, len(ROBOTS), GROVE, SETTINGS, f"tcp/127.0.0.1:{port}", inner).started() as world,
     ):
         yield world, between
 

@@ -1,4 +1,4 @@
-"""A TCP proxy for tests: it damages, delays and cuts the bytes that it forwards, as its seed decides.
+"""A proxy for tests: it damages, delays and cuts the bytes that it forwards, as its seed decides.
 
 Rule 1: each direction of each connection has its own random stream. Each piece takes the same number of draws
         from it, with any faults: so equal pieces suffer equal faults.
@@ -113,13 +113,13 @@ def fate(piece: bytes, faults: Faults, random: Random) -> Fate:
 class Proxy:
     """Made by `proxy`. Faults may be changed at any time; they apply to everything read afterwards."""
 
-    def __init__(self, port: int, seed: int) -> None:
+    def __init__(self, server: int | str, seed: int) -> None:
         self.faults = {way: Faults() for way in Way}
         self.counts: Counter[str] = Counter()
         """Effects by name, and `connected`."""
         self.held = {way: asyncio.Event() for way in Way}
         """Set when bytes wait for a closed direction."""
-        self._port = port
+        self._server = server
         self._seed = seed
         self._open = {way: asyncio.Event() for way in Way}
         for way in Way:
@@ -146,7 +146,7 @@ class Proxy:
         number = self.counts["connected"]
         self.counts["connected"] += 1
         try:
-            server_reader, server_writer = await asyncio.open_connection("127.0.0.1", self._port)
+            server_reader, server_writer = await _connected(self._server)
         except OSError:
             writer.close()
             return
@@ -210,6 +210,12 @@ class Proxy:
                     await asyncio.sleep(len(piece) / rate)
 
 
+async def _connected(server: int | str) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+    if isinstance(server, str):
+        return await asyncio.open_unix_connection(server)
+    return await asyncio.open_connection("127.0.0.1", server)
+
+
 @dataclass(eq=False, slots=True)
 class _Connection:
     writers: tuple[asyncio.StreamWriter, asyncio.StreamWriter]
@@ -228,38 +234,41 @@ class _Connection:
 
 
 @contextlib.asynccontextmanager
-async def proxy(port: int, *, listen: int = 0, seed: int = 1) -> AsyncIterator[tuple[Proxy, int]]:
-    """A loopback proxy for the server at this port, and the proxy's port; all ends with the context."""
+async def proxy(server: int | str, *, seed: int = 1) -> AsyncIterator[tuple[Proxy, int]]:
+    """A loopback proxy for the server at this port or Unix socket, and the proxy's port.
+
+    All ends with the context.
+    """
     serving: set[asyncio.Task[None]] = set()
-    between = Proxy(port, seed)
+    between = Proxy(server, seed)
 
     def accept(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         task = asyncio.ensure_future(between.serve(reader, writer))
         serving.add(task)
         task.add_done_callback(serving.discard)
 
-    server = await asyncio.start_server(accept, "127.0.0.1", listen)
+    listening = await asyncio.start_server(accept, "127.0.0.1", 0)
     try:
-        yield between, server.sockets[0].getsockname()[1]
+        yield between, listening.sockets[0].getsockname()[1]
     finally:
-        server.close()
+        listening.close()
         for task in list(serving):
             task.cancel()
         await asyncio.gather(*serving, return_exceptions=True)
-        await server.wait_closed()
+        await listening.wait_closed()
 
 
 @contextlib.contextmanager
-def proxy_aside(port: int, *, listen: int, seed: int) -> Iterator[Proxy]:
+def proxy_aside(server: int | str, *, seed: int) -> Iterator[tuple[Proxy, int]]:
     """The same in its own thread, for tests that block. They may change only its faults."""
     loop = asyncio.new_event_loop()
     thread = threading.Thread(target=loop.run_forever)
     thread.start()
-    context = proxy(port, listen=listen, seed=seed)
+    context = proxy(server, seed=seed)
     try:
-        between, _ = asyncio.run_coroutine_threadsafe(context.__aenter__(), loop).result()
+        both = asyncio.run_coroutine_threadsafe(context.__aenter__(), loop).result()
         try:
-            yield between
+            yield both
         finally:
             asyncio.run_coroutine_threadsafe(context.__aexit__(None, None, None), loop).result()
     finally:
