@@ -10,10 +10,12 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser
 
+from protocol.errors import UsageError
+from protocol.faults.manual_faults import GoRequest, request_fault
 from tests.support.deadline import DEADLINE_S
 from tests.support.pages.browser import Sight, sight
 from tests.support.pages.views import address_of, view
-from tests.support.processes.fleets import Fleet
+from tests.support.processes.fleets import Fleet, wait_until
 from tests.support.runs import Runs
 
 ENDED = "clew.runs[0].ended"
@@ -34,16 +36,32 @@ def served(*arguments: str | Path, cwd: Path) -> Iterator[str]:
         assert viewer.wait(DEADLINE_S) == 130
 
 
+def go(fleet: Fleet, for_s: float) -> None:
+    """Let a held run go on, as soon as its world can be asked."""
+
+    def asked() -> bool | None:
+        try:
+            return bool(request_fault(fleet.folder(), GoRequest(for_s=for_s)))
+        except UsageError:  # it has not begun
+            return None
+
+    wait_until(asked)
+
+
 def test_a_live_page_shows_moving_robots_and_then_the_verdict(browser: Browser, fleet: Fleet) -> None:
-    launcher = fleet.start("grove", "--speed", "3", "--view", "--json")
+    # It is held until both pages have been opened: a browser may take longer than the rest of a run.
+    launcher = fleet.start("grove", "-n", "3", "--speed", "max", "--held", "--view", "--json")
     address = address_of(launcher.stderr)
     with sight(browser) as shown:
+        go(fleet, 1.0)
         shown.show(address)
         early_s = shown.page.evaluate("clew.time")
         ended_early = shown.page.evaluate(ENDED)
+        go(fleet, 6.0)
         shown.wait(f"clew.time > {early_s + 5.0}")  # it follows the run
         with sight(browser) as late:
             late.show(address)
+            go(fleet, 1000.0)
             late.wait(ENDED)
             outcome = fleet.end()
             shown.wait(ENDED)
@@ -54,7 +72,7 @@ def test_a_live_page_shows_moving_robots_and_then_the_verdict(browser: Browser, 
         verdict = shown.page.evaluate("clew.runs[0].verdict")
         assert shown.troubles == []
     assert not ended_early
-    assert starts == 5
+    assert starts == 3
     assert outcome.code == 0, outcome.err
     assert verdict == json.loads(outcome.out)
     assert fleet.leftovers() == []

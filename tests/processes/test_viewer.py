@@ -249,7 +249,7 @@ def test_live_waits_for_a_run_and_continues_with_the_next_one(tmp_path: Path) ->
 
 
 def test_fleet_with_view_shows_the_run_up_to_its_verdict_and_leaves_nothing(fleet: Fleet) -> None:
-    launcher = fleet.start("paper", "--speed", "5", "--view", "--json")
+    launcher = fleet.start("paper", "-n", "2", "--speed", "1", "--view", "--json")
     *_, last = told(address_of(launcher.stderr))
     outcome = fleet.end()
     assert outcome.code == 0
