@@ -88,7 +88,10 @@ cat "$beside/said"
 [[ ! -e $beside/failed ]] || mapfile -t -O "${#failed[@]}" failed <"$beside/failed"
 # A fleet waits more than it computes: three for each two cores. Tests of a file share what they have set up; in
 # the order of the folders the longest files come first.
-check_tests -m processes -n $(($(nproc) * 3 / 2)) --dist loadfile --no-loadscope-reorder "$@"
+# Each worker collects all that it is given, so where nothing is chosen it is given the files with such tests only.
+where=()
+((chosen)) || mapfile -t where < <(printf '%s\n' tests/browser tests/processes && grep -rl 'mark\.processes' --include='test_*.py' tests/rehearsals tests/unit | sort)
+check_tests -m processes -n $(($(nproc) * 3 / 2)) --dist loadfile --no-loadscope-reorder "${where[@]}" "$@"
 ((${#failed[@]} == 0)) && exit
 clew_say "failed: $(printf '%s; ' "${failed[@]}")"
 exit 1
