@@ -138,7 +138,7 @@ def test_two_fleets_at_once_do_not_disturb_each_other(fleet: Fleet, tmp_path: Pa
     other = Fleet(tmp_path / "other")
     try:
         for each in (fleet, other):
-            each.start("paper", "--speed", "max", "--json")
+            each.start("paper", "-n", "2", "--speed", "max", "--json")
         outcomes = [each.end() for each in (fleet, other)]
         assert [outcome.code for outcome in outcomes] == [0, 0], outcomes
         assert fleet.leftovers() + other.leftovers() == []
@@ -157,7 +157,7 @@ def test_impossible_request_is_refused_in_one_line_with_exit_2(fleet: Fleet) -> 
 
 def test_parts_start_when_the_caller_has_closed_stdin_stdout_and_stderr(fleet: Fleet) -> None:
     command = 'exec "$0" "$@" <&- >&- 2>&-'
-    fleet.start_with("bash", "-c", command, str(LAUNCHER), "paper", "--speed", "max")
+    fleet.start_with("bash", "-c", command, str(LAUNCHER), "paper", "-n", "2", "--speed", "max")
     assert fleet.end() == Outcome(0, "", "")
     assert fleet.verdict()["ok"]
     assert fleet.leftovers() == []
@@ -178,6 +178,6 @@ def test_fleet_runs_over_the_users_own_router(fleet: Fleet) -> None:
     with socket.create_server(("127.0.0.1", 0)) as free:
         endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
     with stock_router(endpoint):
-        outcome = fleet.run("paper", "--speed", "max", "--json", "--connect", endpoint)
+        outcome = fleet.run("paper", "-n", "2", "--speed", "max", "--json", "--connect", endpoint)
     assert outcome.code == 0, outcome.err
     assert json.loads(outcome.out)["messages"]["unaccounted"] == 0

@@ -17,29 +17,29 @@ def pid_of(fleet: Fleet, robot: str) -> int:
 
 
 def test_a_robot_that_was_stopped_for_long_holds_nobody_for_lost(fleet: Fleet) -> None:
-    fleet.start("grove", "--json")
+    fleet.start("grove", "-n", "3", "--json")
     fleet.wait_for("step.planned")
-    judge = pid_of(fleet, "r3")
+    judge = pid_of(fleet, "r2")
     os.kill(judge, signal.SIGSTOP)
     fleet.wait_for("robot.died")
     healed = wait_until(lambda: entries(fleet, "strand.healed") or None)[-1]
     os.kill(judge, signal.SIGCONT)
     outcome = fleet.end()
-    assert {entry["robot"] for entry in entries(fleet, "robot.died")} == {3}, "nobody else was held for dead"
+    assert {entry["robot"] for entry in entries(fleet, "robot.died")} == {2}, "nobody else was held for dead"
     broken = entries(fleet, "link.broken")
-    assert [entry for entry in broken if entry["source"] == "r3"] == []
-    assert {entry["neighbour"] for entry in broken if entry["t_s"] <= healed["t_s"]} <= {3}
+    assert [entry for entry in broken if entry["source"] == "r2"] == []
+    assert {entry["neighbour"] for entry in broken if entry["t_s"] <= healed["t_s"]} <= {2}
     verdict = fleet.verdict()
-    assert (verdict["violations"], verdict["robots_arrived"]) == (0, 5), outcome.err
+    assert (verdict["violations"], verdict["robots_arrived"]) == (0, 3), outcome.err
 
 
 def test_a_robot_that_somebody_has_ended_is_reported_as_that_and_not_as_its_hosts_death(fleet: Fleet) -> None:
-    fleet.start("grove", "--json")
+    fleet.start("grove", "-n", "3", "--speed", "2", "--json")
     fleet.wait_for("step.planned")
-    os.kill(pid_of(fleet, "r5"), signal.SIGTERM)
+    os.kill(pid_of(fleet, "r3"), signal.SIGTERM)
     outcome = fleet.end()
-    assert "robot 5 was ended by SIGTERM" in outcome.err
+    assert "robot 3 was ended by SIGTERM" in outcome.err
     assert "the host" not in outcome.err
     verdict = fleet.verdict()
-    assert (outcome.code, verdict["exit_code"], verdict["robots_arrived"]) == (1, 1, 4)
-    assert verdict["reason"].startswith("robot 5 died")
+    assert (outcome.code, verdict["exit_code"], verdict["robots_arrived"]) == (1, 1, 2)
+    assert verdict["reason"].startswith("robot 3 died")

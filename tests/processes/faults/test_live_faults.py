@@ -21,9 +21,10 @@ def plan(folder: Path, *rules: str) -> str:
     return str(path)
 
 
-def run(fleet: Fleet, *rules: str, scenario: str = "grove", speed: str = "max") -> dict[str, Any]:
+def run(fleet: Fleet, *rules: str, robots: int = 3, speed: str = "max") -> dict[str, Any]:
     """The verdict of a run under these rules; checks that it ended by itself and left nothing behind."""
-    outcome = fleet.run(scenario, "--speed", speed, "--json", "--faults", plan(fleet.cwd, *rules))
+    asked = ("-n", str(robots), "--speed", speed, "--json", "--faults", plan(fleet.cwd, *rules))
+    outcome = fleet.run("grove", *asked)
     verdict: dict[str, Any] = json.loads(outcome.out)
     assert verdict["violations"] == 0
     assert fleet.leftovers() == []
@@ -57,7 +58,7 @@ def test_a_leader_killed_by_a_plan_is_replaced_and_the_run_is_ok(fleet: Fleet) -
     assert 3.0 < death["detected_s"] <= death["recovered_s"]
     (succession,) = verdict["successions"]
     assert (succession["before"], succession["cause_s"]) == (death["robot"], 3.0)
-    assert verdict["robots_arrived"] == 4
+    assert verdict["robots_arrived"] == 2
 
 
 def test_a_restarted_robot_is_a_new_process_that_counts_from_one_and_arrives(
@@ -70,24 +71,25 @@ def test_a_restarted_robot_is_a_new_process_that_counts_from_one_and_arrives(
     assert [entry["n"] for entry in started] == [1, 1]
     assert started[0]["pid"] != started[1]["pid"]
     assert [entry["robot"] for entry in kinds(fleet, "robot.restarted")] == [3]
-    assert (verdict["robots_arrived"], verdict["events"]["missing"]) == (5, 0)
+    assert (verdict["robots_arrived"], verdict["events"]["missing"]) == (3, 0)
 
 
 def test_a_frozen_robot_that_is_thawed_rejoins_and_arrives(fleet: Fleet) -> None:
     verdict = run(fleet, 'fault = "freeze"\ntarget = "leader"\nfrom_s = 3.0\nfor_s = 5.0')
     assert [entry["fault"] for entry in kinds(fleet, "fault.injected")] == ["freeze", "thaw"]
     assert len(kinds(fleet, "robot.returned")) == 1
-    assert (len(verdict["deaths"]), verdict["robots_arrived"]) == (1, 5)
+    assert (len(verdict["deaths"]), verdict["robots_arrived"]) == (1, 3)
 
 
 def test_a_robot_that_stays_frozen_is_thawed_at_the_end_and_exits(fleet: Fleet) -> None:
     verdict = run(fleet, 'fault = "freeze"\ntarget = "tail"\nfrom_s = 3.0')
-    assert verdict["robots_arrived"] == 4
+    assert verdict["robots_arrived"] == 2
 
 
 def test_a_robot_killed_between_plan_and_order_has_recorded_only_the_plan(fleet: Fleet) -> None:
     tail = 'fault = "kill"\ntarget = "tail"\nfrom_s = 1.0'  # an earlier injection elsewhere changes nothing
-    run(fleet, tail, 'fault = "kill"\ntarget = "leader"\npoint = "after_plan"\noccurrence = 2')
+    leader = 'fault = "kill"\ntarget = "leader"\npoint = "after_plan"\noccurrence = 2'
+    run(fleet, tail, leader, robots=4)
     (struck,) = [entry for entry in kinds(fleet, "fault.injected") if entry["rule"] == "kill-2"]
     planned, injection = [entry for entry in fleet.entries() if entry["source"] == struck["source"]][-2:]
     assert (planned["kind"], injection) == ("step.planned", struck)
@@ -107,7 +109,6 @@ def test_every_message_fault_is_recorded_and_the_message_counts_balance(
         'fault = "corrupt"\nprobability = 0.05',
         'fault = "duplicate"\nprobability = 0.2\ndelay_s_max = 0.1',
         'fault = "delay"\ndelay_s_max = 0.05',
-        scenario="paper",
         speed="5",
     )
     messages = verdict["messages"]
@@ -122,7 +123,7 @@ def test_every_message_fault_is_recorded_and_the_message_counts_balance(
 
 
 def test_an_unplanned_kill_of_a_robot_makes_the_run_fail(fleet: Fleet) -> None:
-    fleet.start("grove", "--speed", "5", "--json")
+    fleet.start("grove", "-n", "3", "--speed", "5", "--json")
     fleet.wait_for("step.planned")
     (victim,) = [entry["pid"] for entry in kinds(fleet, "robot.started") if entry["source"] == "r3"]
     os.kill(victim, 9)
@@ -135,7 +136,9 @@ def test_an_unplanned_kill_of_a_robot_makes_the_run_fail(fleet: Fleet) -> None:
 
 
 def test_clew_fault_strikes_a_running_fleet_and_refuses_a_finished_one(fleet: Fleet) -> None:
-    launcher = fleet.start("grove", "--speed", "0.1", "--json")  # it ends when it is told to, not before
+    launcher = fleet.start(
+        "grove", "-n", "3", "--speed", "0.1", "--json"
+    )  # it ends when it is told to, not before
     fleet.wait_for("step.planned")
     killed = clew_fault(fleet, "kill", "3")
     assert (killed.returncode, killed.stdout) == (0, "given-1\n"), killed.stderr
@@ -186,6 +189,8 @@ def test_world_and_router_return_after_the_outage_that_a_plan_asks_for(
 ) -> None:
     fleet.start(
         "grove",
+        "-n",
+        "3",
         "--speed",
         "2",
         "--json",
@@ -194,7 +199,7 @@ def test_world_and_router_return_after_the_outage_that_a_plan_asks_for(
     )
     outcome = fleet.end()
     verdict = json.loads(outcome.out)
-    assert (outcome.code, verdict["ok"], verdict["robots_arrived"]) == (0, True, 5), verdict["reason"]
+    assert (outcome.code, verdict["ok"], verdict["robots_arrived"]) == (0, True, 3), verdict["reason"]
     assert [entry["fault"] for entry in kinds(fleet, "fault.injected")] == injections
     assert away_wall_s(fleet) > 1.4, "3 s at twice real time"
     assert fleet.leftovers() == []

@@ -161,21 +161,27 @@ def test_is_left_early(clew_rehearsal):
     assert "FAILED test_mine.py::test_may_be_late" not in said
 
 
-@pytest.mark.parametrize(
-    ("marker", "complaint"),
-    [
-        ("robot=4", "@pytest.mark.clew takes scenario, robots, seeds"),
-        ('scenario="groove"', "unknown scenario 'groove'"),
-        ("faults=[clew.kill(9)]", "must be a robot of the fleet, r1 to r5, got r9"),
-        ('robots="x"', "grove: $.fleet.robots: must be an integer, got 'x'"),
-        ("seeds=5", "seeds must be a list or a range, got 5"),
-    ],
-)
-def test_a_wrong_marker_fails_the_test_and_says_why(tmp_path: Path, marker: str, complaint: str) -> None:
-    test = f"@pytest.mark.clew({marker})\ndef test_a(clew_rehearsal, clew_seed): pass\n"
-    code, said = played(tmp_path, test)
+WRONG: list[dict[str, str]] = [
+    {"robot=4": "@pytest.mark.clew takes scenario, robots, seeds"},
+    {"seeds=5": "seeds must be a list or a range, got 5"},
+    {
+        'scenario="groove"': "unknown scenario 'groove'",
+        "faults=[clew.kill(9)]": "must be a robot of the fleet, r1 to r5, got r9",
+        'robots="x"': "grove: $.fleet.robots: must be an integer, got 'x'",
+    },
+]
+
+
+@pytest.mark.parametrize("wrong", WRONG, ids=["robot", "seeds", "values"])
+def test_a_wrong_marker_fails_the_test_and_says_why(tmp_path: Path, wrong: dict[str, str]) -> None:
+    test = "@pytest.mark.clew({})\ndef test_a{}(clew_rehearsal, clew_seed): pass\n"
+    code, said = played(
+        tmp_path, "\n".join(test.format(*each) for each in zip(wrong, range(3), strict=False))
+    )
     assert code in {1, 2}
-    assert complaint in said
+    places = [said.find(complaint) for complaint in wrong.values()]
+    assert -1 not in places, said
+    assert places == sorted(places), "each is that of its test"
     assert "Error: " not in said  # no traceback
     assert "pytest_plugin.py" not in said
 

@@ -173,10 +173,10 @@ def test_a_contact_of_two_strands_and_a_verdict_that_lacks_are_failures() -> Non
 
 
 def test_strands_stand_beside_each_other_each_before_posts_of_its_own() -> None:
-    ground = ground_of(1000, 200, seed=1)
+    ground = ground_of(200, 40, seed=1)
     assert isinstance(ground, SharedGround)
     scenarios = ground.scenarios()
-    assert len(scenarios) == 200
+    assert len(scenarios) == 40
     assert {each.fleet.robots for each in scenarios.values()} == {5}
     lanes = {round(each.fleet.poses()[0].y_m / 3.0 - 0.5, 9) for each in scenarios.values()}
-    assert lanes == set(range(200))
+    assert lanes == set(range(40))

@@ -112,11 +112,10 @@ def test_a_scenario_that_was_changed_after_the_run_began_is_found(tmp_path: Path
     assert flaw.endswith("scenario.toml: was changed after the run had begun")
 
 
-@pytest.mark.parametrize("views", [1_000, 10_000])
-def test_a_run_with_thousands_of_views_is_judged(tmp_path: Path, views: int) -> None:
+def test_a_run_with_thousands_of_views_is_judged(tmp_path: Path) -> None:
     order = (1, 2, 3, 4, 5)
     told: list[tuple[str, Record]] = []
-    for generation in range(1, views + 1):
+    for generation in range(1, 3_001):
         order = order[::-1]
         told += strand(generation * NUMBERS + order[0], *order)
     finding = found(tmp_path / "run", (*AT_REST[:-1], *told, AT_REST[-1]))

@@ -320,7 +320,7 @@ def test_an_invalid_timeline_is_refused(tmp_path: Path) -> None:
 @pytest.mark.processes
 @pytest.mark.parametrize("speed", ["2", "max"])
 def test_a_fleet_whose_world_is_killed_arrives_and_nothing_is_missing(fleet: Fleet, speed: str) -> None:
-    fleet.start("grove", "--speed", speed, "--json")
+    fleet.start("grove", "-n", "3", "--speed", speed, "--json")
     fleet.wait_for("order.finished")
     os.kill(fleet.process("world"), signal.SIGKILL)
     outcome = fleet.end()
@@ -328,7 +328,7 @@ def test_a_fleet_whose_world_is_killed_arrives_and_nothing_is_missing(fleet: Fle
     assert "the world was killed by SIGKILL; it is started again" in outcome.err
     verdict = json.loads(outcome.out)
     assert (verdict["ok"], verdict["violations"], verdict["events"]["missing"]) == (True, 0, 0)
-    assert verdict["robots_arrived"] == 5
+    assert verdict["robots_arrived"] == 3
     assert clew("log", "check", "runs/latest", cwd=fleet.cwd).returncode == 0
     assert [each["life"] for each in fleet.entries() if each["kind"] == "world.resumed"] == [1]
     assert fleet.leftovers() == []

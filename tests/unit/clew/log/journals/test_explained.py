@@ -93,9 +93,9 @@ def test_a_robot_is_left_out_since_its_process_was_gone(runs: Runs) -> None:
 
 @pytest.fixture(scope="module")
 def plugged(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """To read: robot 3 dies in a passage, and the two behind it find no way."""
+    """To read: robot 3 dies in a passage, and the one behind it finds no way."""
     folder = tmp_path_factory.mktemp("plugged")
-    with Recorded(passage(5), 1, folder, NO_FAULTS, lambda _: None) as recorded:
+    with Recorded(passage(4), 1, folder, NO_FAULTS, lambda _: None) as recorded:
         killed = False
         for _ in recorded.ticks():
             if not killed and recorded.rehearsal.world.bodies.place_m[2, 0] > PASSAGE_M / 2.0:
