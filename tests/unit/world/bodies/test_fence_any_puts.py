@@ -45,6 +45,8 @@ class Likely:
     robot: int
     start: int
     may: May
+    has_life: bool
+    """Whether a turn for one robot names a life of it; no process has life 0."""
 
     def change(self, now: Fence) -> Change:
         if self.may is May.STOPPED:
@@ -56,13 +58,13 @@ class Likely:
                 turn=now.turn + 1,
                 may=self.may,
                 robot=named,
-                life=life_of(named) if self.may is May.ONE else 0,
+                life=life_of(named) if self.may is May.ONE and self.has_life else 0,
                 members=ROBOTS if self.may is May.ALL else 0,
             )
         )
 
 
-likely = st.builds(Likely, st.integers(1, ROBOTS), st.integers(1, 2), st.sampled_from(May))
+likely = st.builds(Likely, st.integers(1, ROBOTS), st.integers(1, 2), st.sampled_from(May), st.booleans())
 puts = st.lists(st.tuples(robots, changes | likely) | st.none(), max_size=30)
 
 
@@ -125,3 +127,4 @@ def test_before_all_at_most_one_robot_may_move_and_no_life_but_the_one_that_is_n
         lives = [(robot, life_of(robot, start)) for robot in range(1, ROBOTS + 1) for start in (1, 2)]
         may_move = [each for each in lives if fence.names(*each)]
         assert fence.may is May.ALL or len(may_move) <= 1
+        assert fence.may is not May.ONE or (1 <= fence.robot <= ROBOTS and fence.life != 0)
