@@ -1,7 +1,7 @@
 """The strand that a coordinator drafts: its order, the robots in place, the next turn. Pure.
 
 Rule 1: two groups are in place. First, from the front on, the robots of the order that have a clear leg to
-        the robot ahead, as long as their strand does not fold back, or all these legs were driven. Then those
+        the robot ahead, as long as their strand does not fold back (`agents.coordinating.legs`). Then those
         that came to a place by a turn.
 Rule 2: the turn goes to the nearest robot that is not in place and has not had one in vain behind this very
         strand. Behind another one it may find a way. A draft that begins again with the same strand does not
@@ -25,7 +25,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from agents.coordinating.legs import robots_apart
+from agents.coordinating.legs import robots_in_place
 from agents.coordinating.order import (
     Places,
     former_order,
@@ -156,12 +156,7 @@ class Draft:
         order = self.order[:clear]
         self.driven = {robot for robot in order[1:] if sees(robot).driven}
         self.legs = {robot: sees(robot).way for robot in self.driven}
-        least_m = self.mission.robot_keep_m
-        count = robots_apart(places_of(reports), order, self.legs, least_m=least_m)
-        stays = 1
-        while stays < clear and order[stays] in self.driven:
-            stays += 1
-        count = max(count, stays)
+        count = robots_in_place(places_of(reports), order, self.legs, self.mission)
         if count < self._holds:
             self._trial = False
             return False

@@ -1,8 +1,12 @@
 """Whether a strand that forms through the places of its robots folds back on itself. Pure.
 
-Rule 1: two legs that are not neighbours keep the least distance from each other, and so does each end of the
-        strand from all legs but its own. Otherwise ground that robots behind may be on would be too near,
-        from the start, to ground that the robots ahead still have to drive.
+Rule 1 (safety): two legs that are not neighbours keep the least distance from each other, and so does each
+        end of the strand from all legs but its own. Otherwise ground that robots behind may be on would be
+        too near, from the start, to ground that the robots ahead still have to drive: a robot that already
+        is too near to a segment of such ground may drive along it (`protocol.sweep`), towards a robot there.
+Rule 2: where all legs were driven, the strand may come nearer by the tolerance, as its robots did in the
+        strands that drove them (`protocol.wire.authority`). Legs of several strands may do worse: each was
+        laid while other robots were left out, perhaps through where one of these stands now.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,6 +16,7 @@ import numpy as np
 from agents.coordinating.order import Places, positions
 from protocol.arrays import Floats, Indices, distances_to_segments, segments_apart
 from protocol.frames import Point, Pose
+from protocol.mission import Mission
 
 Legs = Mapping[int, Sequence[Point]]
 """A robot's driven way to the one ahead, ends included; without an entry it goes straight.
@@ -44,6 +49,16 @@ def folds_back(places: Places, order: Sequence[int], legs: Legs, *, least_m: flo
         distances_to_segments(line[-1], starts[leg < leg[-1]], ends[leg < leg[-1]]),
     ]
     return bool(np.concatenate(apart).min() < least_m)
+
+
+def robots_in_place(places: Places, order: Sequence[int], legs: Legs, mission: Mission) -> int:
+    """How many robots of an order, from the front on, make a strand that does not fold back (rule 2)."""
+    keep_m = mission.robot_keep_m
+    stays = next((rank for rank, robot in enumerate(order) if rank > 0 and robot not in legs), len(order))
+    return max(
+        robots_apart(places, order, legs, least_m=keep_m),
+        robots_apart(places, order[:stays], legs, least_m=keep_m - mission.mu0_m),
+    )
 
 
 def robots_apart(places: Places, order: Sequence[int], legs: Legs, *, least_m: float) -> int:

@@ -16,7 +16,9 @@ TIMING = Timing()
 GOAL = Point(x_m=9.0, y_m=0.0)
 EPOCH, BEFORE = Epoch(generation=2, robot=1, life=5), Epoch(generation=1, robot=1, life=5)
 QUEUE = {1: (3.0, 0.0), 2: (2.0, 0.0), 3: (1.0, 0.0), 4: (0.0, 0.0)}
+NEAREST_M = 0.25  # two radii and the separation: the least distance for which ground is granted, less mu0
 Reports = dict[int, Report]
+Places = dict[int, tuple[float, float]]
 
 
 def drafted(*, robots: int = 4, cause: Cause = Cause.NEIGHBOUR_LOST, led: tuple[int, ...] = ()) -> Draft:
@@ -24,7 +26,7 @@ def drafted(*, robots: int = 4, cause: Cause = Cause.NEIGHBOUR_LOST, led: tuple[
     return Draft(mission, TIMING, cause, led)
 
 
-def reports(places: dict[int, tuple[float, float]], former: Epoch | None = None, *stayed: int) -> Reports:
+def reports(places: Places, former: Epoch | None = None, *stayed: int) -> Reports:
     """All have reported; these have stayed in a former strand, in this order."""
     made: Reports = {}
     for robot, (x_m, y_m) in places.items():
@@ -64,15 +66,25 @@ def test_in_place_are_those_up_to_the_first_that_folds_back() -> None:
     assert settled(drafted(), folded, 2, 3, 4).strand != [1, 2, 3, 4]
 
 
-def test_robots_whose_legs_were_driven_stay_in_place_though_the_strand_folds_back() -> None:
-    hairpin = reports({1: (0.0, 0.2), 2: (1.0, 0.2), 3: (1.0, 0.0), 4: (0.0, 0.0)}, BEFORE, 1, 2, 3, 4)
-    assert settled(drafted(), hairpin, driven=(2, 3, 4)).strand == [1, 2, 3, 4]
+def hairpin(apart_m: float, *, front_m: float = 0.0) -> Places:
+    """Two legs beside each other, and the one between them; the leader may have come back half the way."""
+    return {1: (front_m, apart_m), 2: (1.0, apart_m), 3: (1.0, 0.0), 4: (0.0, 0.0)}
+
+
+def test_robots_whose_legs_were_driven_stay_in_place_though_the_strand_folds_back_by_the_tolerance() -> None:
+    there = reports(hairpin(NEAREST_M + 0.001), BEFORE, 1, 2, 3, 4)
+    assert settled(drafted(), there, 2, 3, 4).strand == [1, 2]
+    assert settled(drafted(), there, driven=(2, 3, 4)).strand == [1, 2, 3, 4]
+
+
+def test_driven_legs_of_several_strands_that_fold_back_further_are_no_strand() -> None:
+    there = reports(hairpin(NEAREST_M - 0.001), BEFORE, 1, 2, 3, 4)
+    assert settled(drafted(), there, driven=(2, 3, 4)).strand == [1, 2]
 
 
 def test_a_robot_that_has_led_leads_again_over_driven_legs_though_the_strand_folds_back() -> None:
-    hairpin = {1: (0.6, 0.2), 2: (1.0, 0.2), 3: (1.0, 0.0), 4: (0.0, 0.0)}
-    draft = settled(drafted(), reports(hairpin, BEFORE, 2, 3, 4), driven=(2, 3, 4))
-    assert draft.strand == [1, 2, 3, 4]
+    there = reports(hairpin(NEAREST_M + 0.001, front_m=0.6), BEFORE, 2, 3, 4)
+    assert settled(drafted(), there, driven=(2, 3, 4)).strand == [1, 2, 3, 4]
 
 
 def test_a_robot_that_came_to_a_place_by_a_turn_is_in_place_behind_those() -> None:
