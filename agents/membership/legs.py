@@ -49,6 +49,10 @@ def hull_hides(leg_m: float, rays: int, mission: Mission) -> bool:
     Its hull hides everything behind it, out to the first ray that passes. From a short way off that may be
     beside the way, and not beyond its end, where an obstacle keeps off as it does from the robot ahead. That
     robot may have passed it by a little less than a step keeps (`agents.membership.joining`, rule 2).
+
+    The body of a robot that is left out may be nearer to the hull than that: the separation may be far below
+    epsilon. But it is as wide as the hull, so it reaches out of the hull's shadow before the way ends, at no
+    more than epsilon from the way, where it is seen. So there is no bound for the separation.
     """
     needs_m = mission.robot_radius_m + mission.epsilon_m - mission.mu0_m
     keeps_m = needs_m + (1.0 - PASSED_SHARE) * mission.mu0_m

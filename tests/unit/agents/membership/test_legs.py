@@ -9,6 +9,8 @@ from msgspec.structs import replace
 from agents.membership.legs import hull_hides, leg_is_clear, leg_needs_closer_look, without_hulls
 from agents.navigation.scan import View
 from protocol.arrays import distances_to_segments, scan_bearings_rad
+from protocol.mission import Mission
+from protocol.sweep import TOUCHING_M
 from world.geometry.rays import cast
 from world.geometry.shapes import Circle, ground_of
 from world.scenario.scenario import load
@@ -27,14 +29,14 @@ POST_M = 0.004  # its radius: out to 1.8 m it fits between no two rays
 HERE = np.array([0.0, 0.0])
 
 
-def sees(post: np.ndarray, ahead: np.ndarray) -> View:
-    """A scan from `HERE` of a thin post and the robot ahead."""
-    bearings = scan_bearings_rad(MISSION.directions)
-    ground = ground_of((Circle(centre_m=(float(post[0]), float(post[1])), radius_m=POST_M),))
-    hull = np.array([[*ahead, MISSION.robot_radius_m]])
-    ranges = cast(ground, HERE, bearings, range_m_max=MISSION.range_m_max, discs=hull)
-    view = View(HERE, bearings, ranges, ranges < MISSION.range_m_max, 0.0)
-    return without_hulls(view, ahead[None], MISSION)
+def sees(disc: np.ndarray, ahead: np.ndarray, radius_m: float = POST_M, mission: Mission = MISSION) -> View:
+    """A scan from `HERE` of a post or a body, and of the robot ahead."""
+    bearings = scan_bearings_rad(mission.directions)
+    ground = ground_of((Circle(centre_m=(float(disc[0]), float(disc[1])), radius_m=radius_m),))
+    hull = np.array([[*ahead, mission.robot_radius_m]])
+    ranges = cast(ground, HERE, bearings, range_m_max=mission.range_m_max, discs=hull)
+    view = View(HERE, bearings, ranges, ranges < mission.range_m_max, 0.0)
+    return without_hulls(view, ahead[None], mission)
 
 
 @pytest.mark.parametrize("leg_m", [0.407, 0.45, 0.5, 0.6, 0.7, 0.8, 1.0, 1.5])
@@ -47,6 +49,26 @@ def test_on_a_clear_leg_no_post_is_too_near_that_the_robot_ahead_may_hide(leg_m:
         apart_m = float(distances_to_segments(post, HERE, ahead)) - POST_M - radius_m
         if leg_is_clear(sees(post, ahead), ahead, MISSION):
             assert apart_m >= promised_m, f"{math.degrees(turn_rad):.1f} degrees"
+
+
+@pytest.mark.parametrize("separation_m", [0.0, 0.02, 0.03])
+def test_on_a_clear_leg_no_body_is_too_near_that_the_robot_ahead_may_hide_however_near_it_stands_to_that(
+    separation_m: float,
+) -> None:
+    """The separation is far below epsilon, which is as near to mu0 as the loader allows."""
+    mission = replace(MISSION, epsilon_m=0.05, mu0_m=0.025, separation_m=separation_m, directions=360)
+    radius_m, promised_m = mission.robot_radius_m, max(separation_m - mission.mu0_m, 0.0)
+    off_m = 2.0 * radius_m + promised_m
+    clear: list[float] = []
+    for leg_m in np.linspace(0.43, 2.0, 15).tolist():
+        ahead = np.array([leg_m, 0.0])
+        for turn_rad in (-1.5, -1.0, *np.linspace(0.0, 0.6, 40)):
+            body = ahead + off_m * np.array([-math.sin(turn_rad), math.cos(turn_rad)])
+            is_apart = math.hypot(*body) >= 2.0 * radius_m
+            if is_apart and leg_is_clear(sees(body, ahead, radius_m, mission), ahead, mission):
+                clear.append(float(distances_to_segments(body, HERE, ahead)) - 2.0 * radius_m)
+    assert clear, "a body behind the robot ahead is in nobody's way"
+    assert min(clear) >= promised_m - TOUCHING_M
 
 
 def test_from_further_off_the_robot_ahead_hides_nothing_and_the_leg_may_be_clear() -> None:
