@@ -11,6 +11,7 @@ DEADMAN_S = 1.0  # ten odometry periods: docs/run.md
 WATCH_S = 0.3  # odometry, scan, order: a robot whose motion is safe for this long never has to stop
 MOVES_S = 0.05  # two ticks, order and one to move in, to a hundredth: who may not do that cannot move
 BRIEF_S = 0.06  # three of the world's ticks: scan, order, and one to move in
+DRIVE_SHARE = 0.25  # of the tolerance: what one drive may be off (`world/scenario/budget.py`)
 SEEN_SHARE = 0.5  # of the tolerance; the rest is for two drives' errors (`world/scenario/budget.py`)
 
 START_WALL_S = (

@@ -2,8 +2,9 @@
 
 Rule 1 (safety): a driven leg is told as it was laid, and not as from where bodies stand beside it. Else their
         drives' errors would add up, from view to view.
-Rule 2 (safety): no leg counts as driven where one of both robots stands beside its place: another process may
-    have moved its body while this one was stopped, and nobody has driven from there.
+Rule 2 (safety): no leg counts as driven where one of both robots stands further beside its place than one
+        drive may be off: another process may have moved its body while this one was stopped, and nobody has
+        driven from there. The tolerance counts on that (`agents.coordinating.formation`, rule 3).
 """
 
 import math

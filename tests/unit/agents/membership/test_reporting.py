@@ -3,6 +3,7 @@
 import itertools
 from dataclasses import dataclass, field
 
+import pytest
 from msgspec.structs import replace
 
 from agents.body.driver import Driver
@@ -205,21 +206,31 @@ def test_a_scan_of_another_turn_answers_nothing() -> None:
     assert [report.look for report in reports(bound.at(0.2))] in ([], [None])
 
 
+def leg_to(ahead_m: Point) -> Question:
+    """The robot ahead has driven the leg, and stands off that place of its path."""
+    former = Former(epoch=BEFORE, rank=0, s_m=0.8, at=ahead_m, leg_from_m=0.0)
+    return leg_asked(formers=(former,))
+
+
 def test_a_leg_that_was_driven_is_told_without_a_look() -> None:
     bound = Bound(places=DRIVEN)
     bound.at(0.0)
-    bound.answered(
-        0.05,
-        1,
-        question=leg_asked(
-            formers=(Former(epoch=BEFORE, rank=0, s_m=0.8, at=Point(x_m=0.8, y_m=0.0), leg_from_m=0.0),)
-        ),
-    )
+    bound.answered(0.05, 1, question=leg_to(Point(x_m=0.8, y_m=0.0)))
     commands = bound.at(0.1)
     assert not [each for each in commands if isinstance(each, AskScan)]
     (told,) = reports(commands)
     assert told.look is not None
     assert (told.look.clear, told.look.driven) == (True, True)
+
+
+@pytest.mark.parametrize(("share", "looks"), [(0.25, False), (0.3, True), (0.9, True)])
+def test_a_leg_of_a_robot_that_stands_further_beside_its_place_than_one_drive_is_off_is_looked_at(
+    share: float, looks: bool
+) -> None:
+    bound = Bound(places=DRIVEN)
+    bound.at(0.0)
+    bound.answered(0.05, 1, question=leg_to(Point(x_m=0.8, y_m=share * MISSION.mu0_m)))
+    assert bool([each for each in bound.at(0.1) if isinstance(each, AskScan)]) == looks
 
 
 def test_asked_for_the_nearest_obstacle_it_tells_the_nearest_hit_that_is_no_robot() -> None:
