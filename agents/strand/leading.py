@@ -5,9 +5,9 @@ Rule 2: where the only way leads back, it wants the strand to turn round, `TURNS
         step towards the goal between them. A tail that leads it out does not turn it round on a cleared map.
 Rule 3: where it knows no way on, and the strand has lost robots, it wants another robot to lead: one that was
         left out, if it is the second end or leader that knows none, and the map shows none from any place of
-        the strand. The route is lost if `LEADERS_MAX` have led in vain, or this one before. A strand that has
-        tried another leader does not turn round again. The first one waits where bodies or obstacles may
-        move away.
+        the strand. The route is lost if `LEADERS_MAX` have led in vain, or this one before, and, where robots
+        are left out, no body has moved for `COMES_BACK_S`. A strand that has tried another leader does not
+        turn round again. A leader waits first where obstacles may move away.
 Rule 4: after each step that it gives up, but the first ones in an epoch, it waits before it plans again, for
         a time that its life draws. Else two leaders that see the same give way to each other for ever.
 """
@@ -210,16 +210,14 @@ class Leading:
     def _is_lost(self, now_s: float) -> bool:
         """Whether a way that is not there will not be: what moves into the way may move on."""
         self._stuck_at_s = min(self._stuck_at_s, now_s)
-        patience_s = PATIENCE_S if self._mission.obstacles_move else 0.0
-        if self._some_are_left_out and not self._strand.counters.led_in_vain:
-            patience_s = max(patience_s, COMES_BACK_S)
-        return now_s - self._stuck_at_s >= patience_s
+        return now_s - self._stuck_at_s >= (PATIENCE_S if self._mission.obstacles_move else 0.0)
 
     def _give_up_lead(self, reason: str, *, everywhere: bool = False) -> list[Command]:
         """Rule 3."""
         strand, led = self._strand, self._strand.counters.led_in_vain
         if not self._has_lost_some or strand.robot in led or len(led) >= LEADERS_MAX:
-            return self._lose(reason)
+            may_come_back = self._some_are_left_out and self._driver.odometry.stood_s < COMES_BACK_S
+            return [] if may_come_back else self._lose(reason)
         is_closed = everywhere and self._some_are_left_out and (len(led) > 0 or strand.back_by_m > 0.0)
         self._wish = Wish(Cause.NO_WAY, reason, is_closed=is_closed)
         return []

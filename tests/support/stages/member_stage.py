@@ -53,6 +53,7 @@ class Body:
     ordered: int = 0
     finished: int = 0
     told: int = 0
+    stood_s: float = 0.0  # of this body; a world tells it of all bodies
 
     def take(self, drive: Drive) -> None:
         if drive.number <= self.ordered:
@@ -67,7 +68,9 @@ class Body:
 
     def live(self, for_s: float) -> None:
         if self.order is None or self.order.target is None:
+            self.stood_s += for_s
             return
+        self.stood_s = 0.0
         off_x, off_y = self.order.target.x_m - self.x_m, self.order.target.y_m - self.y_m
         left_m, way_m = math.hypot(off_x, off_y), self.order.speed_mps * for_s
         if left_m <= way_m + ON_THE_SPOT_M:
@@ -91,6 +94,7 @@ class Body:
             finished=self.finished,
             ordered=self.ordered,
             fence=self.fence,
+            stood_s=self.stood_s,
             phase=Phase.RUNNING,
         )
 

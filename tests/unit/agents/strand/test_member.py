@@ -229,6 +229,22 @@ def test_a_leader_that_knows_no_way_on_after_a_loss_wants_another_to_lead_unless
     assert counters.led_in_vain == ((*in_vain, 1) if cause is not None else in_vain)
 
 
+@pytest.mark.parametrize(
+    ("in_vain", "wishes", "lost_after_s"), [((), True, None), ((1,), False, 20.0)], ids=["first", "again"]
+)
+def test_a_leader_without_a_way_hands_on_at_once_but_loses_the_route_only_when_all_have_stood_for_long(
+    in_vain: tuple[int, ...], lost_after_s: float | None, *, wishes: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Leader, "plan", lambda *_, **__: NO_WAY)
+    counters = Counters(led_in_vain=in_vain, heals=1)
+    stage = MemberStage(replace(MISSION, robots=4), row(3), ORDER, counters=counters)
+    stage.run(2.0)
+    assert (stage.leader.wish is not None) == wishes
+    assert not stage.records(RouteLost), "a robot that is left out may come back"
+    stage.run(lost_after_s or 0.0)
+    assert len(stage.records(RouteLost)) == (lost_after_s is not None)
+
+
 @pytest.mark.parametrize("heals", [0, 1])
 def test_after_a_loss_a_leader_counts_with_traces_of_bodies_in_its_map(
     heals: int, monkeypatch: pytest.MonkeyPatch
