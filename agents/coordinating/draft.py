@@ -35,7 +35,6 @@ from agents.coordinating.order import (
     other_order,
     places_of,
     positions,
-    rejoined,
 )
 from agents.liveness.timing import Timing
 from protocol.fence import Cause
@@ -129,12 +128,11 @@ class Draft:
         self.strand = []
 
     def _order_of(self, reports: Mapping[int, Report], stayed: Sequence[int]) -> tuple[int, ...]:
-        """The order in which these stay, with others between or before them if nobody has to move."""
+        """The order in which these stay, with others before them if nobody has to move."""
         self._stayed, places = tuple(stayed), places_of(reports)
         if not self._trial:
             return kept_order(places, stayed, ())
-        kept = rejoined(reports, stayed) if self.keeps and not self.led else stayed
-        order = kept_order(places, kept, in_front(places, kept, self.mission.goal))
+        order = kept_order(places, stayed, in_front(places, stayed, self.mission.goal))
         self._front = order[: min(order.index(robot) for robot in stayed)]
         until = 1 + max(order.index(robot) for robot in stayed)
         self._holds = until if until > len(stayed) else 0

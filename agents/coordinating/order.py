@@ -4,9 +4,8 @@ Rule 1: without a goal the robot nearest to an obstacle leads (3). With a goal i
         the least way to drive until its tail is at the goal: the robot nearest to the goal, or either end of
         the strand behind that one. Ties go to the lowest number.
 Rule 2: the robot next in the strand is the nearest one that is left (III-C).
-Rule 3: robots that have not left their places in a former strand keep their order. Others that still stand
-        beside them in an older strand come between them as they did there, and others that stand in front
-        come in front, if no robot has to move for that. The rest come behind.
+Rule 3: robots that have not left their places in a former strand keep their order. Others that stand
+        in front come in front, if no robot has to move for that. The rest come behind.
 Rule 4: after a leader has led in vain, the next leader is, of the robots that have not led yet, the one
         nearest to the goal; where all have led, the one that did so first: it may stand elsewhere now, and
         so may those that stood in its way.
@@ -79,37 +78,12 @@ def order_at_start(places: Places, goal: Point | None, obstacle_m: Mapping[int, 
     return min(candidates, key=lambda order: (way_m(order), order[0]))
 
 
-def former_ranks(reports: Mapping[int, Report]) -> dict[int, dict[int, int]]:
-    """The places that robots have not left, by the number of the strand's epoch and by robot."""
-    ranks: dict[int, dict[int, int]] = {}
-    for robot, report in reports.items():
-        for former in report.formers:
-            if not former.draft:
-                ranks.setdefault(former.epoch.number, {})[robot] = former.rank
-    return ranks
-
-
 def former_order(reports: Mapping[int, Report]) -> list[int]:
     """Rule 3: the robots that stayed in the newest formation or draft in which any did, in its order."""
     formers = [(former.epoch.number, former.rank, robot) for robot, report in reports.items()
                for former in report.formers]  # fmt: skip
     newest = max((number for number, _, _ in formers), default=0)
     return [robot for number, _, robot in sorted(formers) if number == newest]
-
-
-def rejoined(reports: Mapping[int, Report], stayed: Sequence[int]) -> list[int]:
-    """Rule 3: those who stayed, and others that still stand beside them in an older strand."""
-    order = list(stayed)
-    ranks = former_ranks(reports)
-    for epoch in sorted(ranks, reverse=True):
-        rank = ranks[epoch]
-        known = [robot for robot in order if robot in rank]
-        if not known or sorted(known, key=rank.__getitem__) != known:
-            continue  # a strand that has turned round since tells nothing of who is in front
-        for robot in sorted(rank.keys() - set(order), key=rank.__getitem__):
-            ahead = [other for other in order if other in rank and rank[other] < rank[robot]]
-            order.insert(order.index(ahead[-1]) + 1 if ahead else order.index(known[0]), robot)
-    return order
 
 
 def in_front(places: Places, stayed: Sequence[int], goal: Point | None) -> tuple[int, ...]:

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 import pytest
-from msgspec.structs import replace
 
 from agents.coordinating.draft import Begin, Done, Draft, Give, Wait
 from agents.liveness.timing import Timing
@@ -120,27 +119,6 @@ def test_a_robot_in_front_leads_those_that_have_stayed_only_if_nobody_has_to_mov
     assert not draft.settle(there, sees(4, driven=(3,))), "robot 2 does not see its way to robot 1"
     draft.begin(there, {})
     assert draft.order[:2] == (2, 3)
-
-
-def test_a_robot_that_comes_back_comes_where_it_stands_in_an_older_strand_if_nobody_has_to_move() -> None:
-    older = reports(QUEUE, BEFORE, 1, 2, 3)
-    newer = {robot: reports(QUEUE, EPOCH, 1, 3)[robot] for robot in (1, 3)}
-    there = {each: replace(older[each], formers=(*newer[each].formers, *older[each].formers))
-             if each in newer else older[each] for each in (1, 2, 3)}  # fmt: skip
-    assert settled(drafted(robots=3), there, driven=(2, 3)).strand == [1, 2, 3]
-    draft = drafted(robots=3)
-    draft.begin(there, {})
-    assert not draft.settle(there, sees(3)), "robot 2 does not see its way to robot 1"
-    assert settled(draft, there, 3).order == (1, 3, 2)
-
-
-def test_the_leader_of_an_older_strand_leads_those_behind_it_though_they_are_nearer_to_the_goal() -> None:
-    round_a_corner = {1: (2.0, -1.0), 2: (3.0, 0.0)}
-    there = reports(round_a_corner, BEFORE, 1, 2)
-    draft = settled(drafted(), {2: there[2]})
-    assert draft.strand == [2]
-    draft.admit()
-    assert settled(draft, there, driven=(2,)).strand == [1, 2]
 
 
 # --- rule 2: turns --------------------------------------------------------------------------------------

@@ -13,11 +13,8 @@ from agents.coordinating.order import (
     kept_order,
     order_at_start,
     other_order,
-    rejoined,
 )
-from protocol.fence import Epoch
 from protocol.frames import Point, Pose
-from protocol.wire.view import Former, Report
 
 GOAL = Point(x_m=5.0, y_m=0.0)
 
@@ -118,21 +115,6 @@ def test_in_front_of_a_robot_that_stayed_alone_are_those_nearer_to_the_goal() ->
 
 def test_where_nobody_has_stayed_in_front_nobody_leads_but_the_first_that_stayed() -> None:
     assert in_front(QUEUE, (5, 1, 2), GOAL) == ()
-
-
-def test_others_come_where_an_older_strand_has_them_unless_that_has_turned_round_since() -> None:
-    at = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
-    older, newer = (Epoch(generation=generation, robot=1, life=5) for generation in (1, 2))
-
-    def stays(robot: int, *ranks: tuple[Epoch, int]) -> Report:
-        formers = tuple(Former(epoch=epoch, rank=rank) for epoch, rank in ranks)
-        return Report(epoch=newer, life=robot, number=1, turn=0, place=at, formers=formers)
-
-    there = {robot: stays(robot, (older, robot)) for robot in (1, 2, 3, 4)}
-    assert rejoined(there, (1, 3)) == [1, 2, 3, 4]
-    assert rejoined(there, (3,)) == [1, 2, 3, 4]
-    assert rejoined(there, (4, 3)) == [4, 3], "it has turned round"
-    assert rejoined({**there, 2: stays(2, (newer, 1))}, (1, 3)) == [1, 3, 4], "robot 2 has left that place"
 
 
 def test_where_leaders_have_led_in_vain_the_nearest_to_the_goal_leads_that_has_not_led() -> None:
