@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.tutorials import Tutorial, replace
+from tests.support.pages.tutorials import Tutorial, replace
 
 
 @pytest.fixture(autouse=True)
