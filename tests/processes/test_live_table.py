@@ -46,9 +46,8 @@ def test_table_follows_the_fleet_and_ends_with_the_verdicts_numbers(fleet: Fleet
     begin(fleet, terminal, "grove", "-n", "3", "--seed", "1", "--speed", "2")
     assert "r1  leader  leading" in terminal.wait_for("leading")
     assert terminal.hides_its_cursor()
-    request_fault(
-        fleet.folder(), FaultRequest(rule=Kill(target="leader"))
-    )  # it leads until this has been seen
+    # It leads until this has been seen.
+    request_fault(fleet.folder(), FaultRequest(rule=Kill(target="leader")))
     terminal.wait_for("r2  leader  leading")
     terminal.wait_for("r1          dead")
     assert code_of(fleet, terminal) == 0

@@ -136,9 +136,8 @@ def test_an_unplanned_kill_of_a_robot_makes_the_run_fail(fleet: Fleet) -> None:
 
 
 def test_clew_fault_strikes_a_running_fleet_and_refuses_a_finished_one(fleet: Fleet) -> None:
-    launcher = fleet.start(
-        "grove", "-n", "3", "--speed", "0.1", "--json"
-    )  # it ends when it is told to, not before
+    # At this speed it ends when it is told to, not before.
+    launcher = fleet.start("grove", "-n", "3", "--speed", "0.1", "--json")
     fleet.wait_for("step.planned")
     killed = clew_fault(fleet, "kill", "3")
     assert (killed.returncode, killed.stdout) == (0, "given-1\n"), killed.stderr
