@@ -9,7 +9,8 @@ Rule 3: if only the strand itself is in the way, the leader waits until the stra
         not help, the strand turns round (`DeadEnd`).
 Rule 4: if there is no way, the leader reports it (`NoStep`) and does not wander in search of one. If no
         obstacle moves, planning from one place again and again counts as wandering (not by the paper's laws).
-Rule 5: where bodies may have moved and no way is left, the map is cleared, once per epoch.
+Rule 5: where bodies may have moved and no way is left, the map is cleared, once per epoch. Where only the
+        leader has changed since another one found no way, it is not: both would hope for ever.
 Rule 6: where obstacles move, a step keeps off all ground that they can reach while a motion has to be safe
         (`Mission.watch_s`). If that leaves no way past what stands, it plans a step that keeps off only what
         they can reach in one *moment* (docs/words.md): the body then drives by moments
@@ -92,6 +93,7 @@ class Leader:
         self._visited = Visited()
         self._forgot = False
         """Whether the map was cleared in that epoch."""
+        self._may_forget = True
         self._room = Room(mission)
         self.onward: tuple[Place, ...] = ()
         """The way on from the end of the newest step, which robots behind have to leave free (rule 8)."""
@@ -137,6 +139,7 @@ class Leader:
         epoch: int,
         settled: bool,
         bodies_may_move: bool = False,
+        may_forget: bool = True,
         all_stand: bool = False,
     ) -> Plan:
         """The next switching step from a scan, as a timeline entry; or why there is none.
@@ -147,9 +150,11 @@ class Leader:
             epoch: the strand's epoch.
             settled: whether the robots behind have closed up.
             bodies_may_move: whether a body in the way may move away again, from now on.
+            may_forget: whether the map may be cleared (rule 5).
             all_stand: whether what was in the way has not gone for a while.
         """
         self._bodies_may_move |= bodies_may_move
+        self._may_forget = may_forget
         self.onward = ()
         if self._visited.epoch != epoch:
             self._visited, self._forgot = Visited(epoch), False
@@ -325,7 +330,7 @@ class Leader:
         """
         if self._world_changes:
             self.map.reopen()
-        if self._bodies_may_move and not self._forgot:
+        if self._bodies_may_move and self._may_forget and not self._forgot:
             self._forgot = True
             self.map.forget()
         return NoStep(reason, everywhere)

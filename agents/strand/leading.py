@@ -148,6 +148,7 @@ class Leading:
             epoch=strand.number,
             settled=strand.quiet_s >= SETTLED_S,
             bodies_may_move=self._has_lost_some,
+            may_forget=room_m is not None or not strand.tries_leaders,
             all_stand=now_s - self._stuck_at_s >= STANDS_S,
         )
         if room_m is not None and isinstance(planned, DeadEnd) and leader.has_forgotten:

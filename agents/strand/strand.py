@@ -110,6 +110,11 @@ class Strand:
         self._back_by_m = 0.0
 
     @property
+    def tries_leaders(self) -> bool:
+        """Whether it was formed since a leader knew no way on, and none has made a step."""
+        return len(self._formation.counters.led_in_vain) > 0
+
+    @property
     def counters(self) -> Counters:
         """The formation's; the counts since the last step towards the goal begin anew with a step."""
         counters = self._formation.counters

@@ -101,6 +101,17 @@ def test_a_leader_alone_neither_waits_nor_turns_round() -> None:
         assert isinstance(plan(Leader(mission, ORIGIN), ring, mission, alone(), settled=settled), NoStep)
 
 
+@pytest.mark.parametrize("may_forget", [True, False])
+def test_a_leader_without_a_way_clears_its_map_if_it_may(*, may_forget: bool) -> None:
+    ring: list[Shape] = [
+        Circle(centre_m=(math.cos(0.3 * k), math.sin(0.3 * k)), radius_m=0.2) for k in range(21)
+    ]
+    leader, view = Leader(to(3.0, 0.0), ORIGIN), look_around(ring, to(3.0, 0.0), ORIGIN)
+    leader.plan(view, alone(), epoch=1, settled=True, bodies_may_move=True, may_forget=may_forget)
+    assert leader.has_forgotten is may_forget
+    assert (len(leader.map.hits) == 0) is may_forget
+
+
 def test_a_leader_whose_steps_all_lead_back_to_one_place_reports_no_way() -> None:
     mission = to(3.0, 0.0)
     leader = Leader(mission, ORIGIN)

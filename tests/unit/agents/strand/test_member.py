@@ -262,6 +262,25 @@ def test_after_a_loss_a_leader_counts_with_traces_of_bodies_in_its_map(
 
 
 @pytest.mark.parametrize(
+    ("in_vain", "back_by_m", "may_forget"), [((), 0.0, True), ((2,), 0.0, False), ((2,), 0.4, True)]
+)
+def test_a_map_may_be_cleared_but_where_only_the_leader_has_changed(
+    in_vain: tuple[int, ...], back_by_m: float, *, may_forget: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[bool] = []
+
+    def planned(*_: object, may_forget: bool, **__: object) -> NoStep:
+        asked.append(may_forget)
+        return NO_WAY
+
+    monkeypatch.setattr(Leader, "plan", planned)
+    stage = MemberStage(MISSION, row(3), ORDER, counters=Counters(led_in_vain=in_vain, heals=1))
+    stage.form(stage.leader.path, {3: 0.0, 2: 0.5, 1: 1.0}, back_by_m=back_by_m)
+    stage.run(10.0)
+    assert asked[-1] is may_forget
+
+
+@pytest.mark.parametrize(
     ("in_vain", "back_by_m", "left_out", "is_closed"),
     [((), 0.0, 1, False), ((3,), 0.0, 1, True), ((), 0.4, 1, True), ((3,), 0.0, 0, False)],
     ids=["the first leader", "the second leader", "the second end", "nobody is left out"],
