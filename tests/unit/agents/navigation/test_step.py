@@ -39,6 +39,11 @@ def planned(answer: Driven | NoStep | Crossed) -> StepPlanned:
 # --- with a goal ----------------------------------------------------------------------------------
 
 
+def ring() -> list[Shape]:
+    """Posts all around, with no way between them."""
+    return [Circle(centre_m=(math.cos(0.3 * k), math.sin(0.3 * k)), radius_m=0.2) for k in range(21)]
+
+
 def test_a_goal_in_the_open_is_one_step_away() -> None:
     step = planned(step_through([], to(3.0, 1.0)))
     assert (step.target.x_m, step.target.y_m) == pytest.approx((3.0, 1.0))
@@ -93,20 +98,14 @@ def test_if_only_the_strand_is_in_the_way_the_leader_waits_then_turns_it_round()
 
 
 def test_a_leader_alone_neither_waits_nor_turns_round() -> None:
-    ring: list[Shape] = [
-        Circle(centre_m=(math.cos(0.3 * k), math.sin(0.3 * k)), radius_m=0.2) for k in range(21)
-    ]
     mission = to(3.0, 0.0)
     for settled in (False, True):
-        assert isinstance(plan(Leader(mission, ORIGIN), ring, mission, alone(), settled=settled), NoStep)
+        assert isinstance(plan(Leader(mission, ORIGIN), ring(), mission, alone(), settled=settled), NoStep)
 
 
 @pytest.mark.parametrize("may_forget", [True, False])
 def test_a_leader_without_a_way_clears_its_map_if_it_may(*, may_forget: bool) -> None:
-    ring: list[Shape] = [
-        Circle(centre_m=(math.cos(0.3 * k), math.sin(0.3 * k)), radius_m=0.2) for k in range(21)
-    ]
-    leader, view = Leader(to(3.0, 0.0), ORIGIN), look_around(ring, to(3.0, 0.0), ORIGIN)
+    leader, view = Leader(to(3.0, 0.0), ORIGIN), look_around(ring(), to(3.0, 0.0), ORIGIN)
     leader.plan(view, alone(), epoch=1, settled=True, bodies_may_move=True, may_forget=may_forget)
     assert leader.has_forgotten is may_forget
     assert (len(leader.map.hits) == 0) is may_forget
@@ -154,10 +153,7 @@ def test_a_step_keeps_off_granted_ground(goal: tuple[float, float]) -> None:
 
 
 def test_without_an_open_way_the_leader_reports_it_and_does_not_wander() -> None:
-    ring: list[Shape] = [
-        Circle(centre_m=(math.cos(0.3 * k), math.sin(0.3 * k)), radius_m=0.2) for k in range(21)
-    ]
-    answer = step_through(ring, to(3.0, 0.0))
+    answer = step_through(ring(), to(3.0, 0.0))
     assert answer == NoStep("no way to the goal is left in what is known", everywhere=True)
 
 
