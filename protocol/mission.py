@@ -12,7 +12,7 @@ WATCH_S = 0.3  # odometry, scan, order: a robot whose motion is safe for this lo
 MOVES_S = 0.05  # two ticks, order and one to move in, to a hundredth: who may not do that cannot move
 BRIEF_S = 0.06  # three of the world's ticks: scan, order, and one to move in
 DRIVE_SHARE = 0.25  # of the tolerance: what one drive may be off (`world/scenario/budget.py`)
-SEEN_SHARE = 0.5  # of the tolerance; the rest is for two drives' errors (`world/scenario/budget.py`)
+SEEN_SHARE = 1.0 - 2.0 * DRIVE_SHARE  # of the tolerance; the rest is for two drives' errors
 
 START_WALL_S = (
     30.0  # five robots beside 40 busy processes on two cores came after 15 s; on idle ones in 0.5 s

@@ -11,12 +11,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from protocol.mission import DRIVE_SHARE
 from world.geometry.shapes import Shape
 
 NOISE_SIGMAS = 3.0
 """The sensor clips its Gaussian error at so many sigmas: 99.7 % of errors are below."""
 
-HEADING_ERRORS = 4.0
+HEADING_ERRORS = 1.0 / DRIVE_SHARE
 """Heading errors that add up beside a path: the leader deviates from its plan, and a follower from both ends
 of the segment that the leader drove. Two are what a check of bodies leaves to drives (`SEEN_SHARE`): one to
 the robot's own, and one to that of a robot behind, from which the body may be hidden."""
