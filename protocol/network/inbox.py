@@ -18,7 +18,12 @@ from protocol.network.bounded import Bounded
 
 T = TypeVar("T")
 
-LOOP_S = 0.001  # for what the loop has to do: signals and a lifeline that end the process
+QUIET_TURNS = 8
+"""After so many turns without an event a loop has nothing left to do: a signal takes five to cancel a task.
+
+Turns, and not a time: on a busy machine the time may be over before, and then the task would wait for a bell
+that nobody rings, while the loop stands still.
+"""
 
 
 class Inbox(Generic[T]):
@@ -97,12 +102,29 @@ class Alarm:
             self._waiting.set_result(None)
 
 
+class _CountingSelector(selectors.EpollSelector):
+    """Counts the turns of a loop since its last event."""
+
+    quiet_turns = 0
+
+    def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        events = super().select(timeout)
+        self.quiet_turns = 0 if events else self.quiet_turns + 1
+        return events
+
+
 class OneTaskLoop(asyncio.SelectorEventLoop):
     """The event loop of a process with one task, beside signals and files that end it."""
 
     def __init__(self) -> None:
-        self.selector = selectors.EpollSelector()
+        self.selector = _CountingSelector()
         super().__init__(self.selector)
+
+    async def serve(self) -> None:
+        """Do what signals and files ask for, until nothing of it is left."""
+        await asyncio.sleep(0)
+        while self.selector.quiet_turns < QUIET_TURNS:  # noqa: ASYNC110 - it lets the loop turn, and waits for nothing
+            await asyncio.sleep(0)
 
 
 class Bell:
@@ -110,9 +132,9 @@ class Bell:
 
     def __init__(self, loop: OneTaskLoop) -> None:
         self._rung = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
-        self._loop = loop.selector.fileno()
+        self._loop = loop
         self._either = select.poll()
-        for each in (self._rung, self._loop):
+        for each in (self._rung, loop.selector.fileno()):
             self._either.register(each, select.POLLIN)
 
     def ring(self) -> None:
@@ -126,7 +148,7 @@ class Bell:
             if file == self._rung:
                 os.eventfd_read(self._rung)
             else:
-                await asyncio.sleep(LOOP_S)
+                await self._loop.serve()
 
 
 def alarm(loop: asyncio.AbstractEventLoop) -> Waking:

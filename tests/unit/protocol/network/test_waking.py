@@ -100,8 +100,9 @@ def test_while_a_task_waits_for_a_bell_its_loop_still_hears_signals_and_files() 
         bell = await _bell()
         timer.start()  # here the loop handles signals: before that, one would end us
         while True:
-            await bell.wait(None)
+            await bell.wait(DEADLINE_S)
 
+    since_s = time.monotonic()
     reading_end, writing_end = os.pipe()
     raises = Timer(0.01, os.kill, (os.getpid(), signal.SIGTERM))
     assert _in_one_task(until_ended(waits(raises), reading_end)) == ExitCode.TERMINATED
@@ -110,6 +111,7 @@ def test_while_a_task_waits_for_a_bell_its_loop_still_hears_signals_and_files() 
     assert _in_one_task(until_ended(waits(closes), reading_end)) == ExitCode.TERMINATED
     closes.join()
     os.close(reading_end)
+    assert time.monotonic() - since_s < DEADLINE_S
 
 
 def test_a_loop_with_other_tasks_has_an_alarm_so_that_they_run() -> None:
