@@ -48,16 +48,7 @@ def _subjects(keys: Keys, robots: int) -> Iterator[tuple[str, list[Json]]]:
 
 def _robot_rules(user: str, keys: Keys, robot: str) -> list[Json]:
     return [
-        *_says(
-            user,
-            [
-                keys.link(robot, ANY),
-                keys.view(robot, ANY),
-                keys.drive(robot),
-                keys.fence(robot),
-                keys.log(robot),
-            ],
-        ),
+        *_says(user, _said(keys, robot), _said(keys, ANY)),
         *_hears(
             user,
             [
@@ -76,7 +67,7 @@ def _robot_rules(user: str, keys: Keys, robot: str) -> list[Json]:
 
 def _world_rules(user: str, keys: Keys) -> list[Json]:
     return [
-        *_says(user, [keys.odometry(ANY), keys.logged(ANY), keys.fault(ANY)]),
+        *_says(user, told := [keys.odometry(ANY), keys.logged(ANY), keys.fault(ANY)], told),
         *_hears(user, [keys.drive(ANY), keys.fence(ANY), keys.log(ANY)]),
         *_answers(user, [keys.scan(ANY), keys.mission()]),
         *_watches(user, keys),
@@ -84,10 +75,22 @@ def _world_rules(user: str, keys: Keys) -> list[Json]:
     ]
 
 
-def _says(name: str, keys: Sequence[str]) -> list[Json]:
+def _said(keys: Keys, robot: str) -> list[str]:
+    """All that a robot sends on."""
+    return [
+        keys.link(robot, ANY),
+        keys.view(robot, ANY),
+        keys.drive(robot),
+        keys.fence(robot),
+        keys.log(robot),
+    ]
+
+
+def _says(name: str, keys: Sequence[str], subscribed: Sequence[str]) -> list[Json]:
+    """Rules for one that sends; it is told subscriptions with their own patterns, else it would not send."""
     return [
         _allow(name, "says", "ingress", ["put"], keys),
-        _allow(name, "is-told-who-hears", "egress", ["declare_subscriber"], keys),
+        _allow(name, "is-told-who-hears", "egress", ["declare_subscriber"], subscribed),
     ]
 
 

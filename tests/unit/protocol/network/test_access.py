@@ -57,6 +57,17 @@ def test_a_robot_receives_only_keys_addressed_to_it(flow: str, message: str) -> 
     assert allowed("r2", flow, message) == hears
 
 
+def test_a_robot_is_told_the_subscriptions_to_what_it_sends_with_their_own_patterns() -> None:
+    patterns = {
+        KEYS.link("*", "*"),
+        KEYS.view("*", "*"),
+        KEYS.drive("*"),
+        KEYS.fence("*"),
+        KEYS.log("*"),
+    }
+    assert allowed("r2", "egress", "declare_subscriber") == patterns
+
+
 def test_a_robot_queries_its_own_scan_and_the_mission_and_answers_no_query() -> None:
     assert allowed("r2", "ingress", "query") == {KEYS.scan("r2"), KEYS.mission()}
     assert allowed("r2", "egress", "reply") == {KEYS.scan("r2"), KEYS.mission()}
