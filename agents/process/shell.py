@@ -46,7 +46,7 @@ from protocol.laws import find
 from protocol.mission import Mission, start_wall_s
 from protocol.network.faulty_transport import Conditions, FaultyTransport
 from protocol.network.lateness import Lateness
-from protocol.network.outbox import Outbox
+from protocol.network.outbox import Outbox, resend_s
 from protocol.network.session import Session
 from protocol.network.transport import Appeared, Arrival, Heard, Listed, Refused, Transport, Vanished
 from protocol.network.zenoh_transport import open_transport
@@ -143,7 +143,7 @@ class Shell:
         self._transport = FaultyTransport(transport, conditions, self._keys, self._name, self._note)
         self._victim = victim
         self._incarnation = incarnation
-        self._outbox = Outbox(incarnation)
+        self._outbox = Outbox(incarnation, resend_s=resend_s(session.robots))
         self._now_s = 0.0
         self._phase = Phase.RUNNING
         self._looked_s = time.monotonic()

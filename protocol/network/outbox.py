@@ -18,8 +18,15 @@ from protocol.wire.messages import LogBatch, Logged
 
 BATCH_ENTRIES_MAX = 256  # the limit of a `LogBatch`
 BATCH_BYTES_MAX = SIZE_MAX_BYTES - 256  # the envelope takes less than 40 of the remaining bytes
+RESEND_S = 0.3  # 100 times the delay of an acknowledgement on one machine
+RESEND_S_PER_ROBOT = 0.004  # many robots wait for seconds: of 1,000, four in five batches came again
 OUTBOX_CAPACITY = 10_000
 OUTBOX_BYTES_MAX = 256 * SIZE_MAX_BYTES  # 16 MiB: an entry of a robot usually takes less than 1 kB
+
+
+def resend_s(robots: int) -> float:
+    """After how long an entry is sent again in a fleet of so many robots [wall s]."""
+    return max(RESEND_S, RESEND_S_PER_ROBOT * robots)
 
 
 @dataclass(slots=True)
@@ -42,11 +49,10 @@ class Outbox:
         self,
         incarnation: str = "",
         *,
-        resend_s: float = 0.3,
+        resend_s: float = RESEND_S,
         capacity: int = OUTBOX_CAPACITY,
         bytes_max: int = OUTBOX_BYTES_MAX,
     ) -> None:
-        """The default `resend_s` is 100 times the delay of an acknowledgement on one machine."""
         self.lost_count = 0
         self._incarnation = incarnation
         self._resend_s = resend_s
