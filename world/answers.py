@@ -11,7 +11,7 @@ Rule 3: it waits for a robot without a token only as long as the lateness of the
 Rule 4: it waits for nobody whose messages or process a fault holds up: that is meant.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from protocol.network.lateness import Lateness
@@ -46,13 +46,11 @@ class Answers:
             self._answered_s[robot] = basis_s
             self._answered_wall_s[robot] = wall_s
 
-    def behind(self, *, slack_s: float = 0.0) -> set[int]:
+    def behind(self, *, slack_s: float = 0.0) -> Iterator[int]:
         """The robots that have not answered odometry that is older than this."""
-        return {
-            robot
-            for robot, told_s in self._told_s.items()
-            if told_s - self._answered_s.get(robot, -1.0) > slack_s
-        }
+        for robot, told_s in self._told_s.items():
+            if told_s - self._answered_s.get(robot, -1.0) > slack_s:
+                yield robot
 
     def excused_s(self, *, wall_s: float) -> float:
         """For how long a process may be silent without a token because the machine is late [wall s]."""

@@ -39,6 +39,7 @@ class Attendance:
     gone: frozenset[int] = frozenset()
     """Robots that ended as told (rule 3)."""
     _tokens: dict[int, set[str]] = field(default_factory=dict)
+    """The incarnations of which a token is shown, for each robot that shows one."""
     _heard_s: dict[int, float] = field(default_factory=dict)
     _vanished_s: dict[int, float] = field(default_factory=dict)
     """When a token of each robot vanished last."""
@@ -57,9 +58,9 @@ class Attendance:
         return self.come - self.dead
 
     @property
-    def present(self) -> set[int]:
+    def present(self) -> Set[int]:
         """Robots that show a token."""
-        return {robot for robot, tokens in self._tokens.items() if tokens}
+        return self._tokens.keys()
 
     def recall(
         self,
@@ -101,7 +102,10 @@ class Attendance:
     def vanish(self, robot: int, incarnation: str, *, wall_s: float) -> None:
         """A token has vanished."""
         self._vanished_s[robot] = wall_s
-        self._tokens.get(robot, set()).discard(incarnation)
+        shown = self._tokens.get(robot, set())
+        shown.discard(incarnation)
+        if not shown:
+            self._tokens.pop(robot, None)
 
     def hear(self, robot: int, *, wall_s: float) -> None:
         """A message of the robot has arrived."""
@@ -128,11 +132,7 @@ class Attendance:
             wall_s: the wall clock.
             excused_s: a silence that a machine as late as this one may explain.
         """
-        absent = [
-            robot
-            for robot in self.come
-            if not self._tokens.get(robot) and robot not in self.dead and robot not in self.gone
-        ]
+        absent = self.come - self.present - self.dead - self.gone
         if not absent:
             return []
         silence_s = max(SILENCE_S, excused_s)

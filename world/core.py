@@ -15,7 +15,7 @@ Rule 6: in lock-step the world waits for every living robot's answer to its last
 """
 
 import math
-from collections.abc import Callable, Sequence, Set
+from collections.abc import Callable, Iterator, Sequence, Set
 from typing import assert_never
 
 from protocol.errors import MessageRefusedError
@@ -126,18 +126,17 @@ class World:
         """
         if self.phase is not Phase.RUNNING:
             return set()
-        return self.answers.behind() & self.attendance.living
+        return self.attendance.living.intersection(self.answers.behind())
 
-    def held_up(self, is_excused: Callable[[int], bool], *, wall_s: float) -> set[int]:
+    def held_up(self, is_excused: Callable[[int], bool], *, wall_s: float) -> Iterator[int]:
         """The robots that the clock waits for; it waits for nobody whom a fault holds up."""
-        if self.phase is not Phase.RUNNING:
-            return set()
-        answers, present = self.answers, self.attendance.present
-        return {
-            robot
-            for robot in answers.behind(slack_s=SLACK_S) & self.attendance.living
-            if answers.waits_for(robot, shows_token=robot in present, wall_s=wall_s) and not is_excused(robot)
-        }
+        late = self.answers.behind(slack_s=SLACK_S) if self.phase is Phase.RUNNING else ()
+        living, present = self.attendance.living, self.attendance.present
+        for robot in late:  # one by one: before a tick only the first matters, and a large fleet has many
+            shown = robot in present
+            waited_for = robot in living and self.answers.waits_for(robot, shows_token=shown, wall_s=wall_s)
+            if waited_for and not is_excused(robot):
+                yield robot
 
     @property
     def stranded(self) -> list[int]:

@@ -69,7 +69,7 @@ class Pace:
             return min(left_s, REMIND_S) if world.awaited else 0.0
         if left_s > 0.0:
             return min(left_s, GLANCE_S)
-        return GLANCE_S if world.held_up(self.is_excused, wall_s=wall_s) else 0.0
+        return GLANCE_S if any(True for _ in world.held_up(self.is_excused, wall_s=wall_s)) else 0.0
 
     def go(self, until_s: float, *, wall_s: float) -> None:
         """A held run may go on until this simulated time."""
@@ -88,7 +88,8 @@ class Pace:
         period_s = REMIND_S if self._in_lock_step(world) else repeat_s(world.robots_in_all)
         if wall_s - self._told_wall_s < period_s or world.ending is not None:
             return set()
-        late = world.awaited if self._in_lock_step(world) else world.held_up(self.is_excused, wall_s=wall_s)
+        in_lock_step = self._in_lock_step(world)
+        late = world.awaited if in_lock_step else set(world.held_up(self.is_excused, wall_s=wall_s))
         if late:
             self._told_wall_s = wall_s
         return late
