@@ -65,7 +65,7 @@ class Timing:
     def of(cls, mission: Mission) -> "Timing":
         """The times of a fleet: in a large one each robot speaks less often to the coordinator."""
         ping_s = max(0.5, 0.01 * mission.robots)  # 100 reports a second for the coordinator
-        report_s = max(0.1, 0.005 * mission.robots)
+        report_s = max(0.1, 0.002 * mission.robots)  # 500 a second, until they are answered
         return cls(
             ping_s=ping_s,
             report_s=report_s,
