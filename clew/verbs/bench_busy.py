@@ -14,7 +14,7 @@ import msgspec
 
 from clew.fleet.live import run_fleet
 from clew.verbs.bench_said import begin
-from clew.verbs.options import AS_JSON, robots_option
+from clew.verbs.options import AS_JSON, FiniteRange, robots_option
 from clew.verbs.say import console
 from protocol.exit_codes import ExitCode
 from protocol.files.toml_text import toml_text
@@ -34,9 +34,7 @@ QUEUE_S_MAX = 1800.0  # of a run: fifty robots beside 16 busy processes on two c
 @click.option(
     "--processes", type=click.IntRange(0, BUSY_MAX), default=16, show_default=True, help="Busy ones."
 )
-@click.option(
-    "--for-s", type=click.FloatRange(1.0), default=60.0, show_default=True, help="Start no fleet later."
-)
+@click.option("--for-s", type=FiniteRange(1.0), default=60.0, show_default=True, help="Start no fleet later.")
 @AS_JSON
 @click.pass_context
 @terminable()

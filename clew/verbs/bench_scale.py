@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from clew.verbs.bench_said import begin, print_figures
-from clew.verbs.options import AS_JSON, ROBOTS
+from clew.verbs.options import AS_JSON, ROBOTS, FiniteRange
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.manual_faults import HaltRequest, request_fault
@@ -37,21 +37,21 @@ LOOK_S = 1.0  # between two looks at all processes: one at 1,000 of them takes 0
 )
 @click.option(
     "--speed",
-    type=click.FloatRange(0.0, SPEED_MAX, min_open=True),
+    type=FiniteRange(0.0, SPEED_MAX, min_open=True),
     default=1.0,
     show_default=True,
     help="Simulated seconds per second, at most.",
 )
 @click.option(
     "--stand-s",
-    type=click.FloatRange(0.0),
+    type=FiniteRange(0.0),
     default=3.0,
     show_default=True,
     help="Simulated seconds for which a fleet stands when it has formed.",
 )
 @click.option(
     "--drive-s",
-    type=click.FloatRange(0.0, min_open=True),
+    type=FiniteRange(0.0, min_open=True),
     help="Simulated seconds after which a fleet that drives is told to end; default: it arrives.",
 )
 @click.option("--keep", type=click.Path(path_type=Path), help="Folder to keep the runs in.")

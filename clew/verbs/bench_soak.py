@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from clew.verbs.bench_said import begin, print_figures
-from clew.verbs.options import AS_JSON, ROBOTS
+from clew.verbs.options import AS_JSON, ROBOTS, FiniteRange
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.manual_faults import FaultRequest, request_fault
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from clew.bench.live import LiveFleet
     from clew.bench.soak import Look, Probe, Soak
 
-SOME_S = click.FloatRange(0.0, min_open=True)
+SOME_S = FiniteRange(0.0, min_open=True)
 BACK_S_MAX = 30.0  # wall: until all robots that were killed last are back
 
 
@@ -34,7 +34,7 @@ BACK_S_MAX = 30.0  # wall: until all robots that were killed last are back
 @click.option("--look-s", type=SOME_S, default=5.0, show_default=True, help="Look at memory so often.")
 @click.option(
     "--speed",
-    type=click.FloatRange(0.0, SPEED_MAX, min_open=True),
+    type=FiniteRange(0.0, SPEED_MAX, min_open=True),
     default=1.0,
     show_default=True,
     help="Simulated seconds per second, at most.",

@@ -12,7 +12,7 @@ import click
 
 from clew.fleet.folder import RUNS
 from clew.verbs.extras import need
-from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, TIME, robots_option, seeds_option
+from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, TIME, FiniteRange, robots_option, seeds_option
 from clew.verbs.say import console, say, warn
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -43,7 +43,7 @@ REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
 @TIME
 @click.option(
     "--tight",
-    type=click.FloatRange(0.0, 2.0, min_open=True),
+    type=FiniteRange(0.0, 2.0, min_open=True),
     help="Give each scene a robot whose r + epsilon is this share of the scene's widest path.",
 )
 @click.option(
@@ -82,7 +82,7 @@ REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
 )
 @click.option(
     "--wall-s-max",
-    type=click.FloatRange(0.0, min_open=True),
+    type=FiniteRange(0.0, min_open=True),
     default=300.0,
     show_default=True,
     help="Limit for one episode [wall-clock s].",

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from clew.verbs.options import AS_JSON, Word, robots_option
+from clew.verbs.options import AS_JSON, FiniteRange, Word, robots_option
 from clew.verbs.say import console, say_json, warn
 from protocol.exit_codes import ExitCode
 
@@ -42,7 +42,7 @@ RULE_NAMES = ("F1", "F2", "F3", "F4", "F5", "F6")
 )
 @click.option(
     "--seconds",
-    type=click.FloatRange(0.0, min_open=True),
+    type=FiniteRange(0.0, min_open=True),
     default=60.0,
     show_default=True,
     help="Limit for all of it [CPU s].",

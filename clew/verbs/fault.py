@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from clew.verbs.group import LateGroup
-from clew.verbs.options import RUN, robots_option
+from clew.verbs.options import RUN, FiniteRange, robots_option
 from protocol.faults.manual_faults import EndRequest, FaultRequest, HaltRequest, request_fault
 from protocol.faults.rules import Rule
 from protocol.files.names import did_you_mean
@@ -58,7 +58,7 @@ MESSAGES = (
     _some("--kind", "kind", "Only messages of this kind, for example ahead"),
     click.option(
         "--probability",
-        type=click.FloatRange(0.0, 1.0),
+        type=FiniteRange(0.0, 1.0),
         default=1.0,
         show_default=True,
         help="Share of the messages that suffer, drawn at random.",

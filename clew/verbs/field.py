@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from clew.fields.kinds import DENSITY, ROBOT_RADIUS_M, SIZE_M, WIDTH_RADII, Kind
-from clew.verbs.options import Word, seeds_option
+from clew.verbs.options import FINITE, Word, seeds_option
 from protocol.errors import UsageError
 from protocol.files.reading import understand
 from protocol.files.writing import make_folder, write_whole
@@ -18,7 +18,7 @@ from protocol.files.writing import make_folder, write_whole
 @seeds_option("Decides every random draw; with --out several, as 1-3 or 1,4-6.", "--seed")
 @click.option(
     "--density",
-    type=float,
+    type=FINITE,
     default=DENSITY,
     show_default=True,
     help="Share of the ground that obstacles cover, approximately; built ground ignores it.",
@@ -26,19 +26,19 @@ from protocol.files.writing import make_folder, write_whole
 @click.option(
     "--least-width",
     "least_width_m",
-    type=float,
+    type=FINITE,
     help=f"Least gap between obstacles (0: they may overlap), or width of built ways [m]; "
     f"default: {WIDTH_RADII:g} robot radii.",
 )
 @click.option(
     "--spare",
-    type=float,
+    type=FINITE,
     help="Instead of --least-width: how much wider than 2 (r + epsilon), as a share.",
 )
 @click.option(
     "--robot-radius",
     "robot_radius_m",
-    type=float,
+    type=FINITE,
     default=ROBOT_RADIUS_M,
     show_default=True,
     help="Radius of the robot [m]; obstacles scale with it.",

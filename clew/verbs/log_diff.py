@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import msgspec
 
-from clew.verbs.options import AS_JSON, COLOR, Word
+from clew.verbs.options import AS_JSON, COLOR, FiniteRange, Word
 from clew.verbs.say import warn
 from protocol.plain import plain
 from world.record.lines import Line
@@ -34,7 +34,7 @@ PATH = click.Path(path_type=Path)
 )
 @click.option(
     "--within",
-    type=click.FloatRange(0.0),
+    type=FiniteRange(0.0),
     default=0.0,
     show_default=True,
     help="How much numbers may differ.",

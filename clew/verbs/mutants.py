@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from clew.verbs.options import AS_JSON
+from clew.verbs.options import AS_JSON, FiniteRange
 from clew.verbs.say import console, say_json
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--cpu-s-max",
-    type=click.FloatRange(min=0.0, min_open=True),
+    type=FiniteRange(min=0.0, min_open=True),
     default=120.0,
     show_default=True,
     help="With --guided: CPU seconds after which a trial gives up.",

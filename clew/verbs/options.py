@@ -42,6 +42,17 @@ class Finite(click.ParamType[float]):
         return number
 
 
+class FiniteRange(click.FloatRange):
+    """A number in a range. Of `nan` no comparison says that it lies outside."""
+
+    def convert(self, value: float, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """The number."""
+        number: float = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{value} is not a finite number.", param, ctx)
+        return number
+
+
 class LawName(click.ParamType[str]):
     """The name of a law of ours or of an installed package, which are looked for only then."""
 
@@ -141,7 +152,7 @@ DEPLOYMENT = click.option(
 )
 TIME = click.option(
     "--time-s-max",
-    type=click.FloatRange(0.0, TIME_S_MAX, min_open=True),
+    type=FiniteRange(0.0, TIME_S_MAX, min_open=True),
     help="Simulated time after which a run fails [s], instead of the scenario's.",
 )
 RUN = click.argument("run", type=click.Path(path_type=Path))
@@ -154,7 +165,7 @@ FAULTS = click.option(
 )
 SPEED = click.option(
     "--speed",
-    type=click.FloatRange(0.0, SPEED_MAX, min_open=True),
+    type=FiniteRange(0.0, SPEED_MAX, min_open=True),
     default=2.0,
     show_default=True,
     help="Speed of live fleets, times real time.",

@@ -22,6 +22,7 @@ from clew.verbs.options import (
     SCENARIO,
     TIME,
     VERSION,
+    FiniteRange,
     robots_option,
 )
 from protocol.errors import SessionLostError, UsageError
@@ -107,7 +108,7 @@ def _endpoint(_ctx: click.Context, _param: click.Parameter, said: str | None) ->
 )
 @click.option(
     "--keep",
-    type=click.FloatRange(0.0, KEEP_MIB_MAX),
+    type=FiniteRange(0.0, KEEP_MIB_MAX),
     default=INPUTS_BYTES_MAX / MIB_BYTES,
     show_default=True,
     metavar="MIB",

@@ -289,7 +289,7 @@ def test_several_scenes_are_not_printed(words: tuple[str, ...]) -> None:
 @pytest.mark.parametrize(
     ("words", "refusal"),
     [
-        (["circles", "--density", "nan"], "$.density: must be >= 0.0, got nan"),
+        (["circles", "--density", "-1"], "$.density: must be >= 0.0, got -1.0"),
         (["circles", "--size", "0", "4"], "$.size_m[0]: must be > 0.0 m, got 0.0"),
         (["circles", "--plugged"], "$.plugged: is for corridors only, got circles"),
         (["corridors", "--size", "1", "4"], "$.size_m: must hold 2 x 2 corridors of 0.6 m"),

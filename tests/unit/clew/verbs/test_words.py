@@ -1,12 +1,15 @@
 """The words of the command line: one spelling everywhere, and mistyped ones refused in a line."""
 
+import math
 import re
+from collections.abc import Callable
 
 import click
 import pytest
 
 from clew.cli import main
 from clew.fleet.options import version
+from clew.verbs.options import Finite
 from tests.support.campaigns import clew
 from tests.support.verbs import asked, commands
 
@@ -38,6 +41,19 @@ REFUSED = [
 
 
 VERBS = {path: verb for path, verb in commands(main) if path}
+
+
+def test_no_verb_takes_a_number_that_is_infinite_or_none() -> None:
+    refused = dict[str, str]()
+    for path, verb in VERBS.items():
+        for param in verb.params:
+            if isinstance(param.type, click.types.FloatParamType | click.FloatRange | Finite):
+                convert: Callable[..., object] = param.type.convert
+                with pytest.raises(click.BadParameter) as refusal:
+                    convert(math.nan, None, None)
+                refused[f"{path} {param.name}"] = str(refusal.value)
+    assert len(refused) > 10
+    assert {said for said in refused.values() if "finite number" not in said} == set()
 
 
 @pytest.mark.parametrize(("arguments", "near"), MISTYPED.values(), ids=MISTYPED)
