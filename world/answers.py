@@ -16,9 +16,22 @@ from dataclasses import dataclass, field
 
 from protocol.network.lateness import Lateness
 
+ROBOTS_PER_INSTANT = (
+    200  # two cores take a second for the odometry of 1,000 standing robots and their answers
+)
+SHARES_MAX = (
+    3  # 0.3 s: after one that is lost a robot still does not take itself for cut off (agents/liveness)
+)
+ROUNDING_S = 1e-9
 SLACK_S = 0.3  # simulated: less than the 0.35 s after which a robot without a token is lost (agents/liveness)
 PATIENCE_S = 10.0  # wall: five times the longest silence that was measured of a process on a busy machine
 LATE_TIMES = 10.0  # a link needs a turn every 0.25 s, and breaks after 1 s: a few late ones break it
+
+
+def due(robots: Iterable[int], instant: int, *, in_all: int) -> set[int]:
+    """Those of these robots that have odometry at this instant; with many robots in all, each more rarely."""
+    shares = min(-(-in_all // ROBOTS_PER_INSTANT), SHARES_MAX)
+    return {robot for robot in robots if robot % shares == instant % shares}
 
 
 @dataclass(slots=True)
@@ -49,7 +62,7 @@ class Answers:
     def behind(self, *, slack_s: float = 0.0) -> Iterator[int]:
         """The robots that have not answered odometry that is older than this."""
         for robot, told_s in self._told_s.items():
-            if told_s - self._answered_s.get(robot, -1.0) > slack_s:
+            if told_s - self._answered_s.get(robot, -1.0) > slack_s + ROUNDING_S:
                 yield robot
 
     def excused_s(self, *, wall_s: float) -> float:

@@ -33,7 +33,7 @@ from protocol.timeline import (
     WorldResumed,
 )
 from protocol.wire.messages import Drive, Phase
-from world.answers import SLACK_S, Answers
+from world.answers import SLACK_S, Answers, due
 from world.attendance import Attendance, Coming
 from world.bodies.arena import Arena
 from world.bodies.bodies import Bodies
@@ -130,13 +130,12 @@ class World:
 
     def held_up(self, is_excused: Callable[[int], bool], *, wall_s: float) -> Iterator[int]:
         """The robots that the clock waits for; it waits for nobody whom a fault holds up."""
-        late = self.answers.behind(slack_s=SLACK_S) if self.phase is Phase.RUNNING else ()
-        living, present = self.attendance.living, self.attendance.present
-        for robot in late:  # one by one: before a tick only the first matters, and a large fleet has many
-            shown = robot in present
-            waited_for = robot in living and self.answers.waits_for(robot, shows_token=shown, wall_s=wall_s)
-            if waited_for and not is_excused(robot):
-                yield robot
+        answers, living, present = self.answers, self.attendance.living, self.attendance.present
+        late = answers.behind(slack_s=SLACK_S) if self.phase is Phase.RUNNING else ()
+        for each in late:  # one by one: before a tick only the first matters, and a large fleet has many
+            waits = each in living and answers.waits_for(each, shows_token=each in present, wall_s=wall_s)
+            if waits and not is_excused(each):
+                yield each
 
     @property
     def stranded(self) -> list[int]:
@@ -283,7 +282,10 @@ class World:
     def tick(self) -> list[Command]:
         """Advance by one tick."""
         notes, finished = self.arena.tick()
-        return [*notes, *(self._tell_all() if self.arena.is_odometry_instant else self._tell(finished))]
+        told = set(finished)
+        if self.arena.is_odometry_instant:
+            told |= due(self.attendance.robots, self.arena.instant, in_all=self.robots_in_all)
+        return [*notes, *self._tell(sorted(told))]
 
     def remind(self, robots: Set[int]) -> list[Command]:
         """Send odometry again to robots that have not answered."""

@@ -86,8 +86,13 @@ class Arena:
 
     @property
     def is_odometry_instant(self) -> bool:
-        """Whether odometry is sent to all robots now."""
+        """Whether odometry is sent to robots now."""
         return self._ticks % ODOMETRY_TICKS == 0
+
+    @property
+    def instant(self) -> int:
+        """How many odometry instants have passed."""
+        return self._ticks // ODOMETRY_TICKS
 
     @property
     def fence(self) -> Fence:
