@@ -20,6 +20,7 @@ from protocol.root import ROOT
 from protocol.timeline import FaultInjected, Record, RobotReleased, ScanServed, StepPlanned
 from protocol.timeline.steps import SeenObstacle
 from tests.support.deadline import DEADLINE_S
+from tests.support.logs.living import reachable_world
 from tests.support.logs.logs import AT_REST, GOOD, numbered, recorded
 from tests.support.processes.terminals import Terminal
 from world.judge.verdict import VERDICT_FILE
@@ -187,25 +188,26 @@ def test_follow_waits_for_the_run_prints_new_entries_and_ends_with_it(
     header, fault, *rest = text.splitlines(keepends=True)
     (tmp_path / "run").mkdir()
     log = tmp_path / "run" / EVENTS_FILE
-    log.write_bytes(header + fault + rest[0][:-5])
-    assert "fault.injected" in next_line(follower)
-    with log.open("ab") as file:
-        file.write(rest[0][-5:])
-    assert "pose.sampled" in next_line(follower)
-    with log.open("ab") as file:
-        file.write(b"".join(rest[1:]))
-    save_verdict(GOOD, tmp_path / "run")
-    out, err = follower.communicate(timeout=DEADLINE_S)
+    with reachable_world(tmp_path / "run"):
+        log.write_bytes(header + fault + rest[0][:-5])
+        assert "fault.injected" in next_line(follower)
+        with log.open("ab") as file:
+            file.write(rest[0][-5:])
+        assert "pose.sampled" in next_line(follower)
+        with log.open("ab") as file:
+            file.write(b"".join(rest[1:]))
+        save_verdict(GOOD, tmp_path / "run")
+        out, err = follower.communicate(timeout=DEADLINE_S)
     assert out.count("\n") == len(rest) - 1
     assert err == ""
     assert follower.returncode == 0
 
 
 def test_follow_ends_at_ctrl_c_with_130(tmp_path: Path, follower: "subprocess.Popen[str]") -> None:
-    recorded(tmp_path / "run", numbered((FAULT,)))
-    assert "fault.injected" in next_line(follower)
-    follower.send_signal(signal.SIGINT)
-    _, err = follower.communicate(timeout=DEADLINE_S)
+    with reachable_world(recorded(tmp_path / "run", numbered((FAULT,)))):
+        assert "fault.injected" in next_line(follower)
+        follower.send_signal(signal.SIGINT)
+        _, err = follower.communicate(timeout=DEADLINE_S)
     assert follower.returncode == 130
     assert err == ""
 

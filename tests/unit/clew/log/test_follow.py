@@ -111,8 +111,9 @@ def test_a_file_that_shrinks_is_reported_and_read_on(text: bytes, tmp_path: Path
 
 
 async def test_run_is_awaited_followed_and_left_when_its_verdict_is_there(
-    text: bytes, tmp_path: Path
+    text: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(vigil, "QUIET_S", DEADLINE_S)  # it is not left because we write slowly
     run = tmp_path / "run"
     async with asyncio.timeout(DEADLINE_S), aclosing(follow(run)) as news:
         waiting = asyncio.ensure_future(anext(news))

@@ -6,11 +6,13 @@ from pathlib import Path
 import h11
 import pytest
 
+from clew.log import vigil
 from clew.log.follow import News
 from clew.page.serve.feed import ANEW, Feed
 from clew.page.serve.pages import policy, site
 from clew.page.serve.site import Document, Site, Telling, answer, head, hosts_of
 from clew.page.serve.watch import Began, Over, Seen, Watch
+from tests.support.deadline import DEADLINE_S
 from tests.support.logs.logs import AT_REST, numbered, recorded
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
@@ -21,6 +23,11 @@ LINES = numbered(AT_REST)
 @pytest.fixture
 def run(tmp_path: Path) -> Path:
     return recorded(tmp_path / "run", LINES)
+
+
+@pytest.fixture(autouse=True)
+def no_run_is_over_because_a_test_writes_slowly(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(vigil, "QUIET_S", DEADLINE_S)
 
 
 def numbers(seen: list[Seen]) -> list[int]:

@@ -11,12 +11,14 @@ import msgspec
 import pytest
 
 from clew.log import follow as following
+from clew.log import vigil
 from clew.log.completeness import TOLD_MAX
 from clew.log.follow import Follower, look
-from clew.log.vigil import QUIET_S, Vigil
+from clew.log.vigil import Vigil
 from clew.page.serve.channel import Channel
 from clew.page.serve.watch import Began, Over, Watch
 from clew.page.telling import Telling
+from tests.support.deadline import DEADLINE_S
 from tests.support.logs.logs import AT_REST, GOOD, numbered, recorded
 from world.control import Serves, heard
 from world.judge.verdict import VERDICT_FILE
@@ -33,7 +35,7 @@ def run(tmp_path: Path) -> Path:
 def let_rest(run: Path) -> None:
     """Make the run's files look as if nothing had been written for some time."""
     for path in run.iterdir():
-        os.utime(path, (time.time() - 2 * QUIET_S,) * 2)
+        os.utime(path, (time.time() - 2 * DEADLINE_S,) * 2)
 
 
 def told(run: Path) -> list[dict[str, Any]]:
@@ -98,7 +100,8 @@ def test_of_many_bad_lines_only_the_first_are_reported_and_none_twice(
     assert len(flaws[-1]) < 2 * TOLD_MAX
 
 
-def test_a_run_that_was_written_recently_may_continue(run: Path) -> None:
+def test_a_run_that_was_written_recently_may_continue(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(vigil, "QUIET_S", DEADLINE_S)
     watch = Watch(run)
     watch.look()
     assert watch.look() == []
@@ -118,10 +121,10 @@ def never_asked(*, stop: bool) -> str:
 
 async def test_a_quiet_run_whose_world_is_reachable_is_not_over(run: Path, tmp_path: Path) -> None:
     let_rest(run)
-    vigil = Vigil(run / EVENTS_FILE)
+    quiet = Vigil(run / EVENTS_FILE)
     async with heard(tmp_path, run, Serves(lambda *_: "never asked", never_ended, never_asked, str)):
-        assert not vigil.is_over(ended=False)
-        assert vigil.is_over(ended=True)
+        assert not quiet.is_over(ended=False)
+        assert quiet.is_over(ended=True)
     assert Vigil(run / EVENTS_FILE).is_over(ended=False)
 
 

@@ -10,14 +10,16 @@ import pytest
 from click.testing import CliRunner
 
 from clew.cli import main
+from clew.fleet import runs
 from clew.fleet.folder import make_latest
-from clew.fleet.runs import QUIET_S
 from protocol.faults.manual_faults import WHERE_FILE
 from tests.support.campaigns import clew
+from tests.support.deadline import DEADLINE_S
 from tests.support.logs.logs import AT_REST, GOOD, numbered, recorded
 from world.record.run_files import save_verdict
 
 HOUR_S = 3600.0
+QUIET_S = 2.0 * DEADLINE_S  # in place of the 10 s of the product: half of it is longer than a test takes
 
 
 @pytest.fixture(autouse=True)
@@ -88,7 +90,10 @@ def test_a_live_run_that_goes_on_is_not_deleted_and_nothing_else_is() -> None:
     assert live.exists()
 
 
-def test_a_run_without_a_verdict_goes_on_as_long_as_it_is_written_to() -> None:
+def test_a_run_without_a_verdict_goes_on_as_long_as_it_is_written_to(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(runs, "QUIET_S", QUIET_S)
     begun = run("begun", age_s=QUIET_S / 2.0, verdict=False)
     assert "going on" in clew("ls").stdout
     assert clew("ls", begun, "--delete", "--yes").exit_code == 2
