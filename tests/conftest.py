@@ -6,16 +6,18 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 from tests.support.processes.fleets import Fleet
 from tests.support.runs import Runs
 
-# No claim here is about time, and on a loaded machine any single example may take longer than 200 ms.
+# No claim here is about time, and on a loaded machine any single example may take longer than 200 ms, and the
+# making of ten of them longer than 30 s.
 # What lands must not hang on luck, so under CI the examples are always the same; elsewhere they are new.
 # `pytest --hypothesis-profile=thorough` takes its time.
-settings.register_profile("clew", deadline=None, max_examples=50, derandomize="CI" in os.environ)
-settings.register_profile("thorough", deadline=None, max_examples=1000)
+TIMELESS = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("clew", TIMELESS, max_examples=50, derandomize="CI" in os.environ)
+settings.register_profile("thorough", TIMELESS, max_examples=1000)
 settings.load_profile("clew")
 
 # A shell's job in the background ignores the interrupt, and so would every process that a test starts.

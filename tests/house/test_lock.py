@@ -17,6 +17,7 @@ from packaging.requirements import InvalidRequirement, Requirement
 from packaging.utils import canonicalize_name
 
 from protocol.root import ROOT
+from tests.support.deadline import DEADLINE_S
 
 DESCRIBED = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
@@ -106,7 +107,7 @@ def test_a_project_with_other_requirements_is_found(listed: str, complaint: str)
 def needed(*extra: str) -> frozenset[str]:
     """The names that the set-up installs for an extra, or for a run."""
     command = [sys.executable, "-IS", str(ROOT / "launch" / "locked.py"), *extra]
-    printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    printed = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S, check=True).stdout
     return frozenset(re.findall(r"^([a-z0-9-]+)==", printed, flags=re.MULTILINE))
 
 

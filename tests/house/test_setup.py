@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from protocol.root import ROOT
+from tests.support.deadline import DEADLINE_S
 
 LEVELS = ("run", "tools", "dev")
 
@@ -28,6 +29,7 @@ def bash(script: str, root: Path = ROOT, **variables: str) -> subprocess.Complet
         env={**others, **variables},
         capture_output=True,
         text=True,
+        timeout=DEADLINE_S,
         check=False,
     )
 

@@ -86,12 +86,13 @@ def elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Path:
     What we need of others is taken from our own environment: tests download nothing.
     """
     folder = tmp_path_factory.mktemp("elsewhere")
-    subprocess.run([sys.executable, "-m", "venv", folder / "env"], check=True)
+    subprocess.run([sys.executable, "-m", "venv", folder / "env"], timeout=DEADLINE_S, check=True)
     python = folder / "env" / "bin" / "python"
     [packages] = (folder / "env").glob("lib/python*/site-packages")
     (packages / "ours.pth").write_text(f"{sysconfig.get_path('purelib')}\n", encoding="utf-8")
     options = ["--no-deps", "--no-build-isolation", "--no-index", "--disable-pip-version-check", "--quiet"]
-    subprocess.run([python, "-m", "pip", "install", *options, str(ROOT)], cwd=folder, env=bare(), check=True)
+    command: list[str | Path] = [python, "-m", "pip", "install", *options, str(ROOT)]
+    subprocess.run(command, cwd=folder, env=bare(), timeout=DEADLINE_S, check=True)
     return python
 
 

@@ -12,6 +12,7 @@ import pytest
 
 import clew
 from protocol.root import ROOT
+from tests.support.deadline import DEADLINE_S
 from tests.support.docs import example
 from tests.support.notebook import played
 
@@ -27,6 +28,7 @@ def loaded(script: str) -> set[str]:
         env={"PYTHONPATH": str(ROOT), "PYTHONSAFEPATH": "1"},
         capture_output=True,
         text=True,
+        timeout=DEADLINE_S,
         check=True,
     )
     return set(SLOW) & set(said.stdout.split())

@@ -303,7 +303,7 @@ def test_no_outcome_is_lost_when_a_worker_dies_or_gets_an_interrupt(
             deployment=None,
             time_s_max=None,
             widest_path_radius_m=None,
-            wall_s_max=0.5 if path == far else 100.0,
+            wall_s_max=0.5 if path == far else DEADLINE_S,
         )
         for index, path in enumerate(paths)
     ]
@@ -352,7 +352,7 @@ def begun(scenes: Path) -> Iterator[subprocess.Popen[str]]:
     yield process
     with contextlib.suppress(ProcessLookupError):  # as expected: no process of its group is left
         os.killpg(process.pid, signal.SIGKILL)
-    process.communicate()
+    process.communicate(timeout=DEADLINE_S)
 
 
 @pytest.fixture

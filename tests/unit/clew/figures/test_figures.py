@@ -25,6 +25,7 @@ from clew.story.course import course_of
 from protocol.root import ROOT
 from protocol.timeline import PoseSampled
 from tests.support.campaigns import clew, closed
+from tests.support.deadline import DEADLINE_S
 from tests.support.figures import chart, course, painted
 from tests.support.runs import Runs
 from world.judge.table import measure
@@ -315,6 +316,7 @@ def test_the_same_run_gives_the_same_bytes_in_another_process_and_with_any_user_
     subprocess.run(
         [sys.executable, "-m", "clew.cli", *asked, tmp_path / "there"],
         env=os.environ | {"PYTHONHASHSEED": "7", "PYTHONPATH": str(ROOT), "MATPLOTLIBRC": str(tmp_path)},
+        timeout=DEADLINE_S,
         check=True,
         capture_output=True,
     )

@@ -191,6 +191,7 @@ sys.exit(finish(prepared(Path({str(judged(tmp_path))!r})), int(sys.argv[1])))
                 stdout=full,
                 stderr=subprocess.PIPE,
                 text=True,
+                timeout=DEADLINE_S,
                 check=False,
             )
         said = "clew: the result could not be written: No space left on device\n"

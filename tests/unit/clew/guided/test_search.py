@@ -10,6 +10,7 @@ from clew.guided.corpus import Corpus
 from clew.guided.search import Found, Limits, search
 from clew.swarm.futures import HORIZON_S, read_branches
 from tests.support.breaking import break_at_restarts
+from tests.support.deadline import DEADLINE_S
 
 SEED = 19  # three robots; its own faults start nobody again
 RESTARTED = 16  # here they do
@@ -19,7 +20,7 @@ pytestmark = pytest.mark.usefixtures("no_child_is_left")
 
 
 def episode_of(seed: int) -> Episode:
-    return drawn_episode(seed, Path(), "", wall_s_max=60.0)
+    return drawn_episode(seed, Path(), "", wall_s_max=DEADLINE_S)
 
 
 def timeless(found: Found) -> Found:

@@ -13,6 +13,7 @@ from click.testing import CliRunner, Result
 from clew.cli import main
 from clew.page.document import SCRIPTS, STYLES, document
 from protocol.root import ROOT
+from tests.support.deadline import DEADLINE_S
 from tests.support.pages.pages import inlined
 from tests.support.runs import Runs
 from world.judge.verdict import VERDICT_FILE
@@ -195,4 +196,6 @@ def test_all_assets_are_in_the_page_and_small() -> None:
 @pytest.mark.skipif(shutil.which("node") is None, reason="node, which checks the syntax, is not here")
 @pytest.mark.parametrize("name", SCRIPTS)
 def test_script_is_correct_javascript(name: str) -> None:
-    subprocess.run(["node", "--check", str(ASSETS / name)], check=True, capture_output=True)
+    subprocess.run(
+        ["node", "--check", str(ASSETS / name)], timeout=DEADLINE_S, check=True, capture_output=True
+    )

@@ -1,24 +1,30 @@
 import subprocess
 import sys
 
+from tests.support.deadline import DEADLINE_S
+
 BLOCKS, BLOCK_BYTES = 40, 1 << 18
 PROGRAM = f"""
+import ctypes
 import sys
 import numpy as np
-from protocol.process.allocation import return_large_blocks
+from protocol.process.allocation import _Info, return_large_blocks
 
-def resident_bytes():
-    with open("/proc/self/statm") as file:
-        return int(file.read().split()[1]) * 4096
+mallinfo2 = ctypes.CDLL(None).mallinfo2
+mallinfo2.restype = _Info
+
+def had_bytes():  # from the system: what of it is in memory also hangs on the kernel
+    info = mallinfo2()
+    return info.arena + info.hblkhd
 
 if sys.argv[1] == "returns":
     return_large_blocks()
 for _ in range(2):  # the second time glibc has learned how large blocks are
-    before = resident_bytes()
+    before = had_bytes()
     blocks = [np.ones({BLOCK_BYTES}, dtype=np.uint8) for _ in range({BLOCKS})]
     pins = [np.ones(1000) for _ in range(10)]  # at the heap's end, where they keep it from shrinking
     blocks.clear()
-print(resident_bytes() - before)
+print(had_bytes() - before)
 """
 
 
@@ -40,10 +46,15 @@ print(len(holes & {{libc.malloc(1100) for _ in range({HOLES})}}))
 """
 
 
+def told_by(program: str, how: str) -> int:
+    command = [sys.executable, "-c", program, how]
+    said = subprocess.run(command, check=True, capture_output=True, timeout=DEADLINE_S, text=True)
+    return int(said.stdout)
+
+
 def filled_holes(how: str) -> int:
     """In how many holes later blocks lie."""
-    program = [sys.executable, "-c", HOLES_PROGRAM, how]
-    return int(subprocess.run(program, check=True, capture_output=True, text=True).stdout)
+    return told_by(HOLES_PROGRAM, how)
 
 
 def test_later_blocks_lie_in_no_holes_when_these_are_filled() -> None:
@@ -52,8 +63,7 @@ def test_later_blocks_lie_in_no_holes_when_these_are_filled() -> None:
 
 
 def kept_bytes(how: str) -> int:
-    said = subprocess.run([sys.executable, "-c", PROGRAM, how], check=True, capture_output=True, text=True)
-    return int(said.stdout)
+    return told_by(PROGRAM, how)
 
 
 def test_large_blocks_go_back_to_the_system_when_they_are_freed() -> None:

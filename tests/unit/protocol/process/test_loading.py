@@ -12,6 +12,7 @@ import pytest
 
 from protocol.process.loading import loading
 from protocol.root import ROOT
+from tests.support.deadline import DEADLINE_S
 
 INTERRUPTED = "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n"
 
@@ -26,6 +27,7 @@ def test_ctrl_c_while_a_program_loads_ends_it_by_this_signal_without_a_word(
         [sys.executable, "-m", program],
         env=os.environ | {"PYTHONPATH": path},
         capture_output=True,
+        timeout=DEADLINE_S,
         check=False,
     )
     assert (said.returncode, said.stdout, said.stderr) == (-signal.SIGINT, b"", b"")
@@ -55,5 +57,5 @@ def test_a_thread_that_loads_leaves_signals_alone() -> None:
 
     thread = Thread(target=load)
     thread.start()
-    thread.join()
+    thread.join(DEADLINE_S)
     assert seen == [signal.default_int_handler]

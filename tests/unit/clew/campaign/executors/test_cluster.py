@@ -20,6 +20,7 @@ from clew.campaign.executors.cluster import cluster_outcomes
 from clew.campaign.executors.player import play_apart
 from protocol.errors import UsageError
 from tests.support.campaigns import clew, scene
+from tests.support.deadline import DEADLINE_S
 
 OF_THE_MACHINE = ("wall_s", "cpu_s")
 
@@ -28,7 +29,11 @@ OF_THE_MACHINE = ("wall_s", "cpu_s")
 def cluster() -> Iterator[LocalCluster]:
     """A scheduler on loopback and two workers; who dies is started again."""
     page = "127.0.0.1:0"  # Dask's own takes port 8787, which another cluster here may have
-    with LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=page) as started:
+    with (
+        pytest.MonkeyPatch.context() as patient,
+        LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=page) as started,
+    ):
+        patient.setattr("clew.campaign.executors.cluster.PATIENCE_S", DEADLINE_S)
         yield started
 
 
@@ -67,7 +72,7 @@ def test_a_campaign_on_a_cluster_of_which_a_worker_is_killed_has_the_outcomes_of
 def test_a_worker_with_another_source_or_without_the_scene_refuses(
     cluster: LocalCluster, tmp_path: Path
 ) -> None:
-    drawn, ours = drawn_episode(1, tmp_path, "", wall_s_max=60.0), hash_of_source()
+    drawn, ours = drawn_episode(1, tmp_path, "", wall_s_max=DEADLINE_S), hash_of_source()
     of_file = replace(drawn, faults=None, path=str(tmp_path / "gone.json"))
     for episode, source_hash, reason in ((drawn, "ab", "another source"), (of_file, ours, "has no file")):
         with pytest.raises(UsageError, match=reason):
@@ -96,7 +101,7 @@ def test_what_is_no_cluster_is_refused_in_one_line(
 def test_an_episode_whose_player_dies_has_an_outcome_and_the_next_one_is_played(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    episode, ours = drawn_episode(1, tmp_path, "", wall_s_max=60.0), hash_of_source()
+    episode, ours = drawn_episode(1, tmp_path, "", wall_s_max=DEADLINE_S), hash_of_source()
     dies = [sys.executable, "-c", "input()"]
     with subprocess.Popen(dies, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as dying:
         monkeypatch.setattr(player, "_player", lambda: dying)
