@@ -1,8 +1,12 @@
 import os
+import subprocess
+import sys
 
 import pytest
 
 from clew.guided.forks import in_a_fork
+from protocol.root import ROOT
+from tests.support.deadline import DEADLINE_S
 
 pytestmark = pytest.mark.usefixtures("no_child_is_left")
 
@@ -28,3 +32,25 @@ def test_a_fork_that_dies_or_fails_hands_back_nothing() -> None:
 
 def test_a_fork_may_fork() -> None:
     assert in_a_fork(lambda: (in_a_fork(lambda: b"inner") or b"") + b" and outer") == b"inner and outer"
+
+
+NEVER_ENDS = """
+import signal
+from clew.guided.forks import in_a_fork
+
+def work():
+    print("here", flush=True)
+    signal.pause()
+
+in_a_fork(work)
+"""
+
+
+def test_a_fork_ends_with_its_parent_however_that_ends() -> None:
+    command, pipe = [sys.executable, "-c", NEVER_ENDS], subprocess.PIPE
+    with subprocess.Popen(command, cwd=ROOT, stdout=pipe) as parent:
+        assert parent.stdout is not None
+        assert parent.stdout.readline() == b"here\n"
+        parent.kill()
+        # The fork has the same stdout, so its end of file comes only when both have ended.
+        parent.communicate(timeout=DEADLINE_S)

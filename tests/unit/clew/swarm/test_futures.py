@@ -1,10 +1,9 @@
-import os
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Iterator
 
 import msgspec
 import pytest
 
+from clew.guided.forks import in_a_fork
 from clew.rehearsal.rehearsal import Rehearsal
 from clew.swarm.futures import (
     HORIZON_S,
@@ -46,34 +45,24 @@ def two_branches(seed: int) -> Branches:
     return (branch_at(1.0, 1 + seed % 3, 1), branch_at(2.5, 2, 3))
 
 
-def in_a_fork(work: Callable[[], None]) -> None:
-    if (child := os.fork()) != 0:
-        os.waitpid(child, 0)
-        return
-    try:
-        work()
-    finally:
-        os._exit(0)
-
-
 @pytest.mark.parametrize("seed", [12, 17])
-def test_a_future_that_is_forked_equals_one_from_the_start_to_the_byte(seed: int, tmp_path: Path) -> None:
+def test_a_future_that_is_forked_equals_one_from_the_start_to_the_byte(seed: int) -> None:
     run = begin(draw_future(seed, ()))
     ticks = run.ticks()
     first, second = two_branches(seed)
     reach(ticks, first)
 
-    def play_on() -> None:
+    def play_on() -> bytes:
         turn_to(run, draw_future(seed, (first,)))
         reach(ticks, second)
         turn_to(run, draw_future(seed, (first, second)))
         assert list(ticks)
-        (tmp_path / "forked").write_bytes(timeline(run))
+        return timeline(run)
 
-    in_a_fork(play_on)
+    forked = in_a_fork(play_on)
     assert list(ticks)
     whole = begin(draw_future(seed, (first, second))).run()
-    assert (tmp_path / "forked").read_bytes() == timeline(whole)
+    assert forked == timeline(whole)
     assert timeline(whole) != timeline(run)
 
 
