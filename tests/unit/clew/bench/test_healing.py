@@ -14,6 +14,7 @@ from protocol.faults.fit import check_fits
 from protocol.frames import Point
 from protocol.timeline import Entry, FaultInjected, LeaderSucceeded, LinkBroken, Record, StrandHealed
 from tests.support.campaigns import clew
+from tests.support.deadline import DEADLINE_S
 from tests.support.strands import formed, ordered
 from world.record.lines import Line
 
@@ -140,7 +141,8 @@ def test_a_bad_scenario_is_refused_in_one_line_before_any_fleet_starts(
 
 
 @pytest.mark.processes
-def test_the_verb_measures_leaders_of_live_fleets() -> None:
+def test_the_verb_measures_leaders_of_live_fleets(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("clew.verbs.bench_healing.WALL_S_MAX", DEADLINE_S)  # a run ends when it has healed
     told = clew("bench", "healing", "--runs", "1", "--json")
     result = json.loads(told.stdout)
     rows = result["details"]

@@ -1,3 +1,4 @@
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -23,19 +24,25 @@ def episode_of(seed: int) -> Episode:
     return drawn_episode(seed, Path(), "", wall_s_max=DEADLINE_S)
 
 
+@cache
+def searched() -> Found:
+    """A search that finds nothing, to read."""
+    return search(episode_of(SEED), Corpus(), LITTLE)
+
+
 def timeless(found: Found) -> Found:
     return replace(found, outcome=replace(found.outcome, cpu_s=0.0, wall_s=0.0))
 
 
 def test_a_search_plays_futures_reaches_cells_and_is_the_same_every_time() -> None:
-    found = search(episode_of(SEED), Corpus(), LITTLE)
+    found = searched()
     assert 3 <= found.outcome.futures <= 6
     assert found.outcome.cells == len(found.visits) > 10
     assert timeless(search(episode_of(SEED), Corpus(), LITTLE)) == timeless(found)
 
 
 def test_the_outcome_of_a_search_that_finds_nothing_is_that_of_the_seeds_own_faults() -> None:
-    own, found = play(episode_of(SEED)), search(episode_of(SEED), Corpus(), LITTLE).outcome
+    own, found = play(episode_of(SEED)), searched().outcome
     assert (found.reason, found.sim_s, found.path_m) == (own.reason, own.sim_s, own.path_m)
 
 
