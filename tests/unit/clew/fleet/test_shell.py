@@ -87,6 +87,8 @@ class Toys:
 def toys(monkeypatch: pytest.MonkeyPatch) -> Iterator[Toys]:
     for part, usual in PARTS.items():
         monkeypatch.setitem(cast("dict[str, Part]", PARTS), part, usual)  # monkeypatch restores it
+    # Python warns of a process that nobody has waited for, in whichever test is running then.
+    monkeypatch.setattr(processes, "KILLED_S_MAX", DEADLINE_S)
     with TemporaryDirectory(prefix="ct.", dir="/tmp") as private:
         toys = Toys(Path(private))
         toys.be(router_name(1), ROUTER, Stdout.READY)
