@@ -1,5 +1,8 @@
 """Worlds that are killed, stops and releases, and outsiders. Each test is a schedule of the design."""
 
+import pytest
+
+from agents.membership.states import State
 from protocol.fence import Cause, May, Raise, Release, Stop
 from protocol.timeline import FenceChanged, OrderRefused, ViewProposed
 from protocol.wire.messages import Drive, Odometry
@@ -29,6 +32,17 @@ def test_v7_a_world_that_is_killed_before_it_tells_a_fence_obeys_no_order_from_b
     assert stage.moving() == set()
     stage.heal()
     stage.run(lambda: stage.fence.may is May.ALL)
+
+
+def test_no_robot_takes_its_place_before_the_fence_is_in_force(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Until then bodies may still brake, so where they stand is not known."""
+    with monkeypatch.context() as not_yet:
+        not_yet.setattr("agents.membership.membership.in_force", lambda _: False)
+        stage = ViewStage.driving()
+        stage.pass_s(0.5)
+        assert {process.robot.state for process in stage.processes.values()} == {State.BOUND}
+    stage.pass_s(0.5)
+    assert {process.robot.state for process in stage.processes.values()} == {State.MEMBER}
 
 
 def test_v15_a_world_that_is_started_again_raises_the_fence_before_it_obeys_anything() -> None:
