@@ -42,7 +42,7 @@ name = "along-the-bounds"
 [fleet]
 robots = {ROBOTS}
 robot_radius_m = 0.1
-separation_m = 0.05
+separation_m = 0.084
 link_length_m_max = 2.0
 places = {[[-LEG_M * rank, 0.0, 1.0] for rank in range(ROBOTS)]}
 [law]

@@ -3,7 +3,10 @@
 import math
 from pathlib import Path
 
+import pytest
+
 from clew.rehearsal.rehearsal import Rehearsal
+from protocol.errors import UsageError
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Kill
 from world.judge.ending import Ending
@@ -55,5 +58,48 @@ def test_a_leader_does_not_drive_through_a_dead_robot_that_fits_between_two_rays
     """F6 (c): the dead robot stands 2.5 m ahead, halfway between two rays that are 10 degrees apart."""
     scenario = few_rays(tmp_path)
     rehearsal = Rehearsal(scenario, 1, Plan(name="test", rules=(Kill(from_s=0.3, target="r1"),))).run()
+    assert judge(scenario, rehearsal.entries).breaches == ()
+    assert rehearsal.world.ending is Ending.ARRIVED
+
+
+BESIDE = """
+name = "beside"
+[fleet]
+robots = 3
+robot_radius_m = 0.03
+separation_m = {separation_m}
+link_length_m_max = 3.0
+places = [[0.0, 0.0, 3.0], [{x_m}, 0.035, 0.0], [1.0, 0.0, 3.0]]
+[law]
+epsilon_m = 0.3
+mu0_m = 0.147
+[goal]
+at_m = [-2.0, 0.0]
+tolerance_m = 0.1
+[sensor]
+directions = 360
+range_m_max = 4.0
+[drive]
+speed_mps = 0.5
+speed_mps_min = 0.05
+speed_mps_max = 1.0
+turn_rate_radps = 3.0
+[time]
+time_s_max = 60.0
+"""
+
+
+def beside(folder: Path, *, separation_m: float, x_m: float) -> Scenario:
+    """Robot 2 stands beside the leg from robot 3 to robot 1, so far from robot 1."""
+    (path := folder / "beside.toml").write_text(BESIDE.format(separation_m=separation_m, x_m=x_m))
+    return load(str(path))
+
+
+def test_no_dead_robot_beside_the_robot_ahead_is_taken_for_that(tmp_path: Path) -> None:
+    """F6 (b): hits within `hull_reach_m` of the robot ahead count as its hull."""
+    with pytest.raises(UsageError, match=r"separation_m: must be >= 2 mu0_m .* a robot counts as another"):
+        beside(tmp_path, separation_m=0.001, x_m=0.06)  # robot 3 would drive through robot 2, 0.014 m deep
+    scenario = beside(tmp_path, separation_m=0.294, x_m=0.36)
+    rehearsal = Rehearsal(scenario, 1, Plan(name="test", rules=(Kill(from_s=0.05, target="r2"),))).run()
     assert judge(scenario, rehearsal.entries).breaches == ()
     assert rehearsal.world.ending is Ending.ARRIVED

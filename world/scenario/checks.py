@@ -103,17 +103,21 @@ def errors_covered(section: LawSection, errors: Budget) -> None:
         )
 
 
-def no_obstacle_is_a_robot(section: Fleet, mission: Mission) -> None:
-    """What a robot takes out of its scan as the hull of a neighbour is no obstacle (F6 of docs/strand.md).
+def no_hull_is_anothers(section: Fleet, mission: Mission) -> None:
+    """What a robot takes out of its scan as the hull of a neighbour is that hull (F6 of docs/strand.md).
 
     It takes out hits within `hull_reach_m` of where the neighbour is, which may be as near as
-    `epsilon - mu0` to an obstacle.
+    `epsilon - mu0` to an obstacle, and as near as `separation - mu0` to a robot that is left out.
     """
     least_m = 2.0 * mission.mu0_m + mission.range_error_m_max
-    takes_out = section.robots > 1 and mission.robot_radius_m > 0.0 and mission.promises_clearance
-    if takes_out and mission.epsilon_m < least_m - ROUNDING_M:
-        rule = f">= 2 mu0_m + range error = {least_m:g} m: else obstacles count as robots"
-        _refuse("law.epsilon_m", rule, mission.epsilon_m)
+    if section.robots == 1 or mission.robot_radius_m == 0.0 or not mission.promises_clearance:
+        return
+    for path, kept_m, otherwise in (
+        ("law.epsilon_m", mission.epsilon_m, "obstacles count as robots"),
+        ("fleet.separation_m", mission.separation_m, "a robot counts as another"),
+    ):
+        if kept_m < least_m - ROUNDING_M:
+            _refuse(path, f">= 2 mu0_m + range error = {least_m:g} m: else {otherwise}", kept_m)
 
 
 def said(bounds: Bounds | None) -> Bounds:

@@ -82,7 +82,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
         checks.sight(self.sensor, self.rays, self.range_m_used, self.closest_m)
         if self.law.promises_clearance:
             checks.errors_covered(self.law, self.error_budget)
-        checks.no_obstacle_is_a_robot(self.fleet, self.mission())
+        checks.no_hull_is_anothers(self.fleet, self.mission())
         poses, radius_m = self.fleet.poses(), self.fleet.robot_radius_m
         checks.places_apart(self.fleet, poses, self.mission())
         drive_m = self.error_budget.drive_m if self.law.promises_clearance else 0.0
