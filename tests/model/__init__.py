@@ -17,7 +17,8 @@ reordering and a frozen process need no events of their own. Robots raise whenev
 
 What is not modelled:
 - geometry: a place is a count of motions, a strand drives one step per robot, and F6 (b) and (c), what is
-  taken out of a scan, is left to the exploration of the real cores;
+  taken out of a scan, is left to the exploration of the real cores; how a strand lies is a small model of
+  its own, `folding/`;
 - liveness: timeouts, suspicion, quotas, `stood_s`, raises of outsiders that the register holds over all, and
   who leads and how many are members, which all tells. To refuse, hold or delay a raise is to lose it;
 - lies.
@@ -31,5 +32,6 @@ What is not modelled:
 | `robots.py`, `acting.py` | what a robot learns (F4, F5); what it does of its own accord (F2, F6) |
 | `coordinator.py` | turns, formation, all (F4) |
 | `forgetting.py`, `setting.py` | the reductions and what they rest on; the bounds |
+| `folding/` | strands on a grid: robots of one that folds back come too near |
 | `search.py`, `searches.py` | breadth first; which searches are clean, and what breaks without which rules |
 """

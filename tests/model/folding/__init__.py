@@ -1,0 +1,1 @@
+"""A model of its own: how a strand lies, and that none folds back."""
