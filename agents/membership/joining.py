@@ -8,6 +8,9 @@ Rule 2: until then it goes to the nearest such place, as far as it knows; unknow
         queue. It may pass that at the distance that it has promised to keep and a little more.
 Rule 3: where obstacles move, a remembered hit is dropped when a scan shows free ground there.
 Rule 4: legs of the strand may be crossed on the way: nobody drives on them before all are in place.
+Rule 5: a search ends when its way is twice as long as it first seemed. Other robots may have shorter ways; in
+        its next turn the robot begins from what it knows by then. It ends, too, for one that creeps, or goes
+        to and fro: however short a step is, it takes time.
 """
 
 from dataclasses import dataclass
@@ -48,6 +51,8 @@ from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
 from protocol.timeline import StepPlanned
 
+LONGER = 2.0  # than a way first seemed: the way round what was not known then
+STEP_SHARE = 0.25  # of the longest leg: a shorter step counts as that
 SPOTS_MAX = 4  # spots of a way closed in one plan, where the certificate refuses what the grid shows
 WAY_CELLS = 200  # of a way that is looked at: 10 m and more
 BEARINGS = 72  # of places tried around the robot ahead: 9 cm apart at 1 m, as fine as what the leg keeps
@@ -112,11 +117,13 @@ class Joining:
         self._map = Map(mission, start)
         self._hits = np.empty((0, 2))
         self._way_m = 0.0
+        self._left_m: float | None = None
+        """How long the rest of this search may be (rule 5); None: it has not begun."""
         self._steps = 0
 
     def begin(self, here: Floats, *, epoch: int, robots: int) -> None:
         """Begin a turn, beside so many robots. Where nothing moves, only one that comes or goes is news."""
-        self._epoch = epoch
+        self._epoch, self._left_m = epoch, None
         if robots != self._robots or self._mission.obstacles_move:
             self._robots = robots
             self._map = Map(self._mission, here)
@@ -176,6 +183,11 @@ class Joining:
             way_m = ground.cost_to_go(view.position, tolerance_m=keep_m).at(places)
             if not np.isfinite(way_m).any():
                 break
+            least_m = float(way_m.min())
+            if self._left_m is None:
+                self._left_m = LONGER * max(least_m, self._mission.leg_m_max)
+            if least_m > self._left_m:
+                return NoStep("the way to a place is much longer than it seemed")
             place = places[int(np.argmin(way_m))]
             cost_to_go = ground.cost_to_go(place, tolerance_m=keep_m)
             step = certified_step_to(view, walls, place)
@@ -233,6 +245,8 @@ class Joining:
     def _record(self, step: Step, view: View, hulls: Flags) -> StepPlanned:
         self._steps += 1
         self._way_m += step.length_m
+        if self._left_m is not None:
+            self._left_m -= max(step.length_m, STEP_SHARE * self._mission.leg_m_max)
         return planned(
             step, view, hulls, self._mission, number=self._steps, epoch=self._epoch, reach_m=self._way_m
         )

@@ -2,15 +2,12 @@
 
 Rule 1: it drives only under a fence that names it, and plans only from scans of that very fence.
 Rule 2: it ends its turn standing, in place or blocked, and orders nothing more in that turn.
-Rule 3: a robot that plans from one place again and again gets no further: what it sees from there
-        contradicts what it sees from another place.
-Rule 4: where obstacles move, a robot that gets no further looks again for a while before it is blocked, and
+Rule 3: where obstacles move, a robot that gets no further looks again for a while before it is blocked, and
         looks while it drives. Robots that wait for a turn share this while, unless the robot is on its way:
         in a queue only the last one may have a way, and the turns of all others must not keep it waiting.
-Rule 5: a leader that makes way takes one step, to a place to which other robots can come.
+Rule 4: a leader that makes way takes one step, to a place to which other robots can come.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,8 +26,6 @@ from protocol.mission import Mission
 from protocol.timeline import RobotBlocked, RobotPlaced, StepPlanned
 from protocol.wire.view import Join
 
-AGAIN_M = 0.1  # within this distance it is the same place
-AGAIN_MAX = 4  # a robot that gets on plans from a place twice at most: it looks closer, or turns back
 PATIENCE_S = 10.0  # where obstacles move: as long as with a way in the strand that is blocked
 LOOKS_AGAIN_S = 2.0  # who walks by has gone by then
 
@@ -57,7 +52,6 @@ class TurnTaker:
         self._join = join
         self._stands = _stands(join)
         self._step: StepPlanned | None = None
-        self._planned_at: list[Floats] = []
         self._gives_up = False
         """Whether the step in hand ends where the robot comes to stand."""
         self._stood_at: tuple[float, float] | None = None
@@ -101,8 +95,6 @@ class TurnTaker:
         patient = self._mission.obstacles_move and not self._stays(scan, now_s)
         if isinstance(planned, StepPlanned) and self._mission.obstacles_move and not patient:
             planned = NoStep("its way stays blocked")
-        if isinstance(planned, StepPlanned) and self._wanders(scan.position):
-            planned = NoStep("every step from here has led back here")
         here = {"x_m": float(scan.position[0]), "y_m": float(scan.position[1])}
         turn, rank = self._join.turn, len(self._join.strand)
         match planned:
@@ -123,14 +115,8 @@ class TurnTaker:
                 self._driver.to(planned.target, reach_m=planned.reach_m)
                 return [Note(planned)]
 
-    def _wanders(self, here: Floats) -> bool:
-        """Rule 3; the place is noted."""
-        again = sum(math.dist(here, place) <= AGAIN_M for place in self._planned_at)
-        self._planned_at.append(here)
-        return again >= AGAIN_MAX
-
     def _stays(self, scan: View, now_s: float) -> bool:
-        """Rule 4: whether it has not got away from here for so long."""
+        """Rule 3: whether it has not got away from here for so long."""
         stands_at = (float(scan.position[0]), float(scan.position[1]))
         if stands_at != self._stood_at:
             self._stood_at, self._stood_at_s = stands_at, now_s
@@ -138,7 +124,7 @@ class TurnTaker:
 
     @property
     def _patience_s(self) -> float:
-        """Rule 4."""
+        """Rule 3."""
         return PATIENCE_S if self.has_moved else PATIENCE_S / (1 + len(self._join.waiting))
 
 

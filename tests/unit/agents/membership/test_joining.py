@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from agents.membership import turn
+from agents.membership import joining
 from agents.membership.joining import CLEAR_M, InPlace, Joining, Stands
-from agents.navigation.step import LookCloser, NoStep
+from agents.navigation.step import GAIN_M, LookCloser, NoStep, Step
 from agents.navigation.sure import closer
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import NO_FAULTS, uniform
@@ -191,16 +191,16 @@ def test_who_stands_in_a_corridor_behind_another_joins_after_it(tmp_path: Path) 
     assert len(records(rehearsal, RobotPlaced)) == 2
 
 
-def test_a_turn_of_a_robot_that_comes_back_to_where_it_was_ends_and_others_have_theirs(
+def test_a_turn_ends_whose_way_is_much_longer_than_it_first_seemed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(turn, "AGAIN_MAX", 0)
+    monkeypatch.setattr(joining, "LONGER", 1.0)
     wall: list[Shape] = [box(3.0, 1.0, 0.15, 3.0)]
     fleet = scenario(tmp_path, [(3.8, 2.5), (2.4, 2.5)], wall, (7.0, 2.5))
     rehearsal = Rehearsal(fleet, 1, PERFECT).run()
     blocked, *_ = records(rehearsal, RobotBlocked)
     assert isinstance(blocked, RobotBlocked)
-    assert blocked.reason == "every step from here has led back here"
+    assert blocked.reason == "the way to a place is much longer than it seemed"
 
 
 def test_a_robot_behind_a_wall_goes_round_it_to_its_place(tmp_path: Path) -> None:
@@ -237,8 +237,8 @@ def plan(shapes: list[Shape], stands: Stands) -> StepPlanned | InPlace | NoStep:
     """What a robot plans, after closer looks if it wants them."""
     hulls: list[Shape] = [Circle(centre_m=(x, y), radius_m=0.1) for x, y in stands.all.tolist()]
     view = look_around([*shapes, *hulls], MISSION)
-    joining = Joining(MISSION, view.position)
-    while isinstance(planned := joining.plan(view, stands), LookCloser):
+    search = Joining(MISSION, view.position)
+    while isinstance(planned := search.plan(view, stands), LookCloser):
         revolutions = closer(MISSION, len(view.ranges_m))
         assert revolutions is not None, "there is no closer look"
         view = look_around([*shapes, *hulls], MISSION, revolutions=revolutions)
@@ -277,6 +277,20 @@ def test_shut_in_by_a_wall_it_has_no_step() -> None:
     ring: list[Shape] = [box(-0.6, 0.5, 1.2, 0.1), box(-0.6, -0.6, 1.2, 0.1)]
     ring += [box(-0.6, -0.5, 0.1, 1.0), box(0.5, -0.5, 0.1, 1.0)]
     assert isinstance(plan(ring, stand([(2.0, 0.0)], [])), NoStep)
+
+
+def test_a_search_ends_that_creeps_though_its_way_stays_as_long_as_it_first_seemed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(joining, "certified_step_to", lambda *_: Step(0.0, GAIN_M))
+    stands = stand([(2.0, 0.0)], [])
+    view = look_around([], MISSION, revolutions=8)
+    search = Joining(MISSION, view.position)
+    planned = [search.plan(view, stands) for _ in range(9)]
+    assert isinstance(planned[0], StepPlanned)
+    assert planned[-1] == NoStep("the way to a place is much longer than it seemed")
+    search.begin(view.position, epoch=1, robots=2)
+    assert isinstance(search.plan(view, stands), StepPlanned), "in another turn it searches anew"
 
 
 # --- the leader gets clear --------------------------------------------------------------------------
