@@ -9,15 +9,12 @@ Rule 2: the turn goes to the nearest robot that is not in place and has not had 
         queue whose end has come in, it has room to move now.
 Rule 3: if no robot finds a way, the last robot in place makes way, once: it gives its place up, and has a
         turn after the others. A leader that stands alone takes one step to a place to which others can come.
-Rule 4: if that does not help, other robots lead, the nearest to the goal first, up to a limit. This happens
-        at once if all robots are there and the one that would lead stands in front and finds no way. Then
-        those in place go on without the others. A strand that was already on its way goes on without them at
-        once, if it has several robots and no other that may still lead is nearer to the goal; otherwise only
-        after others were tried as leaders for a long time.
+Rule 4: if that does not help, other robots lead, the nearest to the goal first, up to a limit. Then those in
+        place go on without the others. A strand of several robots goes on without them at once, if no other
+        that may still lead is nearer to the goal.
 Rule 5: robots that are left out and were there lately may stand in the way, and may come back. So the draft
         waits for them before a robot makes way, and waits longer before the strand goes on.
-Rule 6: where a robot that asks a strand on its way to let it in finds no way, the strand goes on as it was;
-        but one that would lead, as in rule 4, is tried as leader.
+Rule 6: where a robot that asks a strand on its way to let it in finds no way, the strand goes on as it was.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -187,12 +184,6 @@ class Draft:
             places = places_of(reports)
             off_m = np.hypot(*(positions(places, free) - positions(places, self.strand[-1:])).T)
             return Give(free[int(np.argmin(off_m))])
-        if (
-            self.cause is not Cause.START
-            and len(reports) == self.mission.robots
-            and self._leads_next(reports) in waiting
-        ):
-            return self._try_another()
         goes_on = self.cause is Cause.PLEA and not reports[self.strand[0]].arrived
         if goes_on and self._stayed and set(self._stayed) <= set(self.strand):
             return Done()
@@ -211,10 +202,9 @@ class Draft:
             return self._make_way()
         goal = self.mission.goal
         leads_best = goal is not None and other_order(places, self._led_before, goal)[0] == self.strand[0]
-        has_arrived = reports[self.strand[0]].arrived
-        if self._is_last_try or (leads_best and len(self.strand) > 1 and not has_arrived):
+        if self._is_last_try or (leads_best and len(self.strand) > 1):
             return Done()
-        if now_s - self._stuck_at_s <= self.timing.tries_s and self._may_try_another(places):
+        if self._may_try_another(places):
             return self._try_another()
         self._is_last_try = True
         return Done() if leads_best else self._restart()
@@ -238,14 +228,6 @@ class Draft:
 
     def _may_try_another(self, places: Places) -> bool:
         return len(self._next_led()) < min(self.timing.leaders_max, len(places))
-
-    def _leads_next(self, reports: Mapping[int, Report]) -> int | None:
-        """The robot that would lead next, if it stands in front: nearer to the goal than this leader."""
-        places = places_of(reports)
-        if self.mission.goal is None or not self._may_try_another(places):
-            return None
-        nearest = other_order(places, self.led, self.mission.goal)[0]
-        return None if nearest == self.order[0] else nearest
 
     def _try_another(self) -> Next:
         self.led = self._next_led()

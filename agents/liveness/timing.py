@@ -49,8 +49,6 @@ class Timing:
     """Before anybody leaves its place: a process that is started again is there after two seconds."""
     comes_back_s: float = 15.0
     """Before a strand goes on without robots that were there lately."""
-    tries_s: float = 20.0
-    """Other leaders are tried for so long."""
     plea_s: float = 1.0
     """A robot that is left out asks so often."""
     plea_again_s: float = 2.0
@@ -102,7 +100,6 @@ class Timing:
             "a stuck turn is taken back before the coordinator is given up": self.turn_s <= self.stood_s,
             "who has slept listens for longer than it slept": self.listens_s > self.gap_s,
             "way is made before a strand goes on without others": self.makes_way_s < self.comes_back_s,
-            "a leader is tried after others were waited for": self.tries_s > self.comes_back_s,
             "nobody is given up for a pause in which all wait": self.comes_back_s < self.stood_s,
             "a raise is seen before most others are made": 2.0 * self.draws_s >= ODOMETRY_S,
         }

@@ -259,21 +259,6 @@ def test_one_that_has_led_in_vain_does_not_count_though_it_stands_nearer_to_the_
     assert draft.strand[0] == 2
 
 
-@pytest.mark.parametrize("cause", [Cause.NEIGHBOUR_LOST, Cause.PLEA])
-def test_one_that_would_lead_and_finds_no_way_is_tried_as_leader_at_once_if_all_are_there(
-    cause: Cause,
-) -> None:
-    there = reports(QUEUE, BEFORE, 2, 3, 4)
-    draft = drafted(cause=cause)
-    draft.begin(there, {})
-    assert not draft.settle(there, sees(driven=(3, 4)))
-    settled(draft, there, driven=(3, 4))
-    in_vain(draft, 1)
-    assert draft.next(there, 0.0, others_may_come_back=False) == Begin()
-    draft.begin(there, {})
-    assert draft.order[0] == 1
-
-
 # --- rule 5: others are waited for ----------------------------------------------------------------------
 
 
