@@ -16,13 +16,11 @@ from dataclasses import dataclass, field
 
 from protocol.network.lateness import Lateness
 
-ROBOTS_PER_INSTANT = (
-    200  # two cores take a second for the odometry of 1,000 standing robots and their answers
-)
-SHARES_MAX = (
-    3  # 0.3 s: after one that is lost a robot still does not take itself for cut off (agents/liveness)
-)
-ROUNDING_S = 1e-9
+# Two cores take a second for one odometry each of 1,000 standing robots, and their answers.
+ROBOTS_PER_INSTANT = 200
+# 0.3 s: a robot that loses one odometry does not take itself for cut off (agents/liveness).
+SHARES_MAX = 3
+ROUNDING_S = 1e-9  # 0.9 - 0.6 is a little more than 0.3
 SLACK_S = 0.3  # simulated: less than the 0.35 s after which a robot without a token is lost (agents/liveness)
 PATIENCE_S = 10.0  # wall: five times the longest silence that was measured of a process on a busy machine
 LATE_TIMES = 10.0  # a link needs a turn every 0.25 s, and breaks after 1 s: a few late ones break it

@@ -29,28 +29,23 @@ class Word(click.Choice[str]):
         return super().get_invalid_choice_message(value, ctx) + did_you_mean(str(value), self.choices)
 
 
-class Finite(click.ParamType[float]):
-    """A number that is neither infinite nor NaN."""
+class _OnlyFinite(click.ParamType[float]):
+    """Of `nan` no comparison says that it lies outside a range."""
 
-    name = "float"
-
-    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """The number."""
-        number: float = click.FLOAT(value, param, ctx)
-        if not math.isfinite(number):
-            self.fail(f"{value} is not a finite number.", param, ctx)
-        return number
-
-
-class FiniteRange(click.FloatRange):
-    """A number in a range. Of `nan` no comparison says that it lies outside."""
-
-    def convert(self, value: float, param: click.Parameter | None, ctx: click.Context | None) -> float:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:  # noqa: ANN401 - click's own signature
         """The number."""
         number: float = super().convert(value, param, ctx)
         if not math.isfinite(number):
             self.fail(f"{value} is not a finite number.", param, ctx)
         return number
+
+
+class Finite(_OnlyFinite, click.types.FloatParamType):
+    """A number that is neither infinite nor NaN."""
+
+
+class FiniteRange(_OnlyFinite, click.FloatRange):
+    """A finite number in a range."""
 
 
 class LawName(click.ParamType[str]):

@@ -129,20 +129,18 @@ class ZenohTransport:
     def put(self, key: str, message: Message) -> None:
         """Send to all subscribers of the key; the message may be lost; never blocks."""
         number = self._traffic.send(key)
-        payload = encode(message, number, key)
+        self._send(key, encode(message, number, key), number)
+
+    def _send(self, key: str, payload: bytes, number: int) -> None:
         with contextlib.suppress(zenoh.ZError):  # the session is closed: the message is lost, like any other
-            publisher = self._publishers.get(key)
-            if publisher is None and number >= self._often:
+            if number < self._often:
+                self._session.put(key, payload, congestion_control=DROP, allowed_destination=REMOTE)
+                return
+            if (publisher := self._publishers.get(key)) is None:
                 publisher = self._publishers[key] = self._session.declare_publisher(
                     key, congestion_control=DROP, allowed_destination=REMOTE
                 )
-            if publisher is None:
-                self._send(key, payload)
-            else:
-                publisher.put(payload)
-
-    def _send(self, key: str, payload: bytes) -> None:
-        self._session.put(key, payload, congestion_control=DROP, allowed_destination=REMOTE)
+            publisher.put(payload)
 
     def ask(self, key: str, message: Message) -> None:
         """Query the key; the reply arrives as `Heard`, or is lost: then ask again."""
@@ -233,8 +231,7 @@ class ZenohTransport:
         """Rule 5: test the session from time to time."""
         if now_s >= self._pulse_at_s:
             self._pulse_at_s = now_s + PULSE_S
-            with contextlib.suppress(zenoh.ZError):
-                self._send(self._pulse_key, b"")
+            self._send(self._pulse_key, b"", 0)
 
     def timestamp(self) -> str:
         """A new hybrid-logical-clock time stamp of this process."""

@@ -34,15 +34,19 @@ def test_messages_that_no_rule_allows_are_refused() -> None:
     assert {flow for rule in settings["rules"] for flow in rule["flows"]} == {"ingress", "egress"}
 
 
-def test_a_robot_sends_only_on_keys_with_its_own_name_as_sender() -> None:
-    says = {
-        KEYS.link("r2", "*"),
-        KEYS.view("r2", "*"),
-        KEYS.drive("r2"),
-        KEYS.fence("r2"),
-        KEYS.log("r2"),
+def said(robot: str) -> set[str]:
+    """All that a robot sends on."""
+    return {
+        KEYS.link(robot, "*"),
+        KEYS.view(robot, "*"),
+        KEYS.drive(robot),
+        KEYS.fence(robot),
+        KEYS.log(robot),
     }
-    assert allowed("r2", "ingress", "put") == says
+
+
+def test_a_robot_sends_only_on_keys_with_its_own_name_as_sender() -> None:
+    assert allowed("r2", "ingress", "put") == said("r2")
 
 
 @pytest.mark.parametrize(("flow", "message"), [("ingress", "declare_subscriber"), ("egress", "put")])
@@ -58,14 +62,7 @@ def test_a_robot_receives_only_keys_addressed_to_it(flow: str, message: str) -> 
 
 
 def test_a_robot_is_told_the_subscriptions_to_what_it_sends_with_their_own_patterns() -> None:
-    patterns = {
-        KEYS.link("*", "*"),
-        KEYS.view("*", "*"),
-        KEYS.drive("*"),
-        KEYS.fence("*"),
-        KEYS.log("*"),
-    }
-    assert allowed("r2", "egress", "declare_subscriber") == patterns
+    assert allowed("r2", "egress", "declare_subscriber") == said("*")
 
 
 def test_a_robot_queries_its_own_scan_and_the_mission_and_answers_no_query() -> None:
