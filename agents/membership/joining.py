@@ -19,12 +19,11 @@ import numpy as np
 
 from agents.membership.legs import (
     PASSED_SHARE,
-    hull_hides,
     leg_is_clear,
     leg_needs_closer_look,
-    on_ways,
     without_hulls,
 )
+from agents.membership.stands import BEARINGS, HIT_M, LENGTHS, Stands, outlines, places_behind
 from agents.navigation.certificate import (
     Walls,
     bounds_walls,
@@ -32,7 +31,6 @@ from agents.navigation.certificate import (
     scan_walls,
 )
 from agents.navigation.guidance import Map, shown_free
-from agents.navigation.leg import certain_clearance_m_min
 from agents.navigation.record import planned
 from agents.navigation.scan import View, on_discs
 from agents.navigation.step import (
@@ -44,62 +42,17 @@ from agents.navigation.step import (
     certified_step_to_goal,
     refused_at,
 )
-from agents.navigation.sure import CLOSER, closer
-from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart, unit_vectors
+from agents.navigation.sure import closer
+from protocol.arrays import Flags, Floats, unit_vectors
 from protocol.frames import wrap
 from protocol.mission import Mission
-from protocol.sweep import TOUCHING_M
 from protocol.timeline import StepPlanned
 
 LONGER = 2.0  # than a way first seemed: the way round what was not known then
 STEP_SHARE = 0.25  # of the longest leg: a shorter step counts as that
 SPOTS_MAX = 4  # spots of a way closed in one plan, where the certificate refuses what the grid shows
 WAY_CELLS = 200  # of a way that is looked at: 10 m and more
-BEARINGS = 72  # of places tried around the robot ahead: 9 cm apart at 1 m, as fine as what the leg keeps
-LENGTHS = 8  # of legs tried
 CLEAR_M = 0.05  # beyond what a step keeps: what a leg's far end may be unsure of at the range limit
-SLACK_M = 0.01  # on what a place has to keep, so that one that was aimed at is one when it is reached
-HIT_M = 0.002  # hits nearer to each other than this are remembered as one
-HULL_CORNERS = 16  # a hull's outline for the grid: off by 2 % of its radius
-
-
-@dataclass(frozen=True)
-class Stands:
-    """Where all the other robots stand [m; world frame]."""
-
-    strand: Floats
-    """Those in place (k, 2), leader first; k >= 1."""
-    waiting: Floats
-    """Those that are not (m, 2)."""
-    line: Floats
-    """The way from the leader to the last of them (n, 2)."""
-    last_leg: int
-    """How many segments of that are the last robot's own leg."""
-
-    @property
-    def all(self) -> Floats:
-        """Everybody (k + m, 2)."""
-        return np.concatenate([self.strand, self.waiting])
-
-    def admit(self, places: Floats, keep_m: float) -> Flags:
-        """Which places (n, 2) would do for the next robot: apart from all, and the strand not folded back.
-
-        Its leg ends where the robot ahead stands, so it need not be further off anything than that one is.
-        """
-        ahead = self.strand[-1]
-        ends_at = np.broadcast_to(ahead, places.shape)
-        starts, ends = self.line[:-1], self.line[1:]
-        admitted = np.hypot(*(places - ahead).T) >= keep_m
-        for robots in (self.waiting, self.strand[:1] if len(starts) else self.strand[:0]):
-            least_m = np.minimum(keep_m, np.hypot(*(robots - ahead).T))
-            off_m = distances_to_segments(robots, places[:, None], ends_at[:, None])
-            admitted &= (off_m >= least_m - TOUCHING_M).all(axis=1)
-        admitted &= (distances_to_segments(places[:, None], starts, ends) >= keep_m).all(axis=1)
-        not_next = slice(0, len(starts) - self.last_leg)  # near to the leg that it begins at, it may be
-        starts, ends = starts[not_next], ends[not_next]
-        least_m = np.minimum(keep_m, distances_to_segments(ahead, starts, ends))
-        apart_m = segments_apart(places[:, None], ends_at[:, None], starts, ends)
-        return np.asarray(admitted & (apart_m >= least_m - TOUCHING_M).all(axis=1))
 
 
 @dataclass(frozen=True)
@@ -171,13 +124,14 @@ class Joining:
     def _remember(self, hit_points: Floats) -> None:
         self._map.remember(hit_points)
         known = np.concatenate([self._hits, np.round(hit_points / HIT_M) * HIT_M])
-        self._hits = np.unique(known, axis=0)
+        self._hits = np.unique(known.view(np.complex128)).view(np.float64).reshape(-1, 2)
 
     def _step(self, view: View, stands: Stands) -> Step | NoStep:
-        places, walls = self._places(stands), self._walls(view, stands)
+        places = places_behind(stands, self._hits, self._mission)
+        walls = self._walls(view, stands)
         # Where it stands it is not in place, whatever is remembered.
         places = places[np.hypot(*(places - view.position).T) > GAIN_M]
-        ground = self._map.extended(self._outlines(stands.all))
+        ground = self._map.extended(outlines(stands.all, self._mission))
         keep_m = self._mission.obstacle_keep_m
         for _ in range(SPOTS_MAX):
             way_m = ground.cost_to_go(view.position, tolerance_m=keep_m).at(places)
@@ -197,41 +151,6 @@ class Joining:
             way = cost_to_go.way_from(view.position, cells_max=WAY_CELLS)
             ground.close(way[min(refused_at(view, walls, way), len(way) - 1)] if len(way) else place)
         return NoStep("no way to a place at the strand's end is left in what is known")
-
-    def _places(self, stands: Stands) -> Floats:
-        """Rule 1, as far as is known: places (n, 2) around the last robot in place."""
-        mission, ahead = self._mission, stands.strand[-1]
-        least_m = max(mission.robot_keep_m, mission.robot_radius_m + mission.obstacle_keep_m) + SLACK_M
-        lengths = np.linspace(least_m, max(least_m, mission.leg_m_max - SLACK_M), LENGTHS)
-        rays = mission.directions * mission.revolutions
-        lengths = lengths[[not hull_hides(length_m, rays, mission) for length_m in lengths]]
-        bearings = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
-        around = unit_vectors(bearings)
-        places = (ahead + lengths[:, None, None] * around).reshape(-1, 2)
-        places = places[stands.admit(places, mission.robot_keep_m + SLACK_M)]
-        others = np.concatenate([stands.strand[:-1], stands.waiting])
-        longest_m = lengths.max(initial=0.0)
-        reach_m = longest_m + 2.0 * mission.robot_radius_m + mission.clear_m + SLACK_M
-        others = others[np.hypot(*(others - ahead).T) < reach_m]
-        places = places[~on_ways(self._outlines(others), places, ahead, mission, slack_m=SLACK_M)]
-        near = self._hits[np.hypot(*(self._hits - ahead).T) < longest_m + mission.obstacle_keep_m + 1.0]
-        off = distances_to_segments(near[:, None], places, ahead)
-        # What may be hidden beside a hit lies along the ray to it, and one spacing beside it.
-        closest_rays = CLOSER * rays
-        spacing_rad = 2.0 * np.pi / closest_rays
-        off *= mission.sure_share_in(closest_rays)
-        off -= spacing_rad * np.hypot(*np.moveaxis(near[:, None] - places, -1, 0))
-        open_m = off.min(axis=0, initial=np.inf) - mission.range_error_m_max
-        least_open_m = mission.robot_radius_m + certain_clearance_m_min(mission) + 2.0 * HIT_M
-        return np.asarray(places[open_m >= least_open_m])
-
-    def _outlines(self, robots: Floats) -> Floats:
-        """Points that keep the way as far from robots (n, 2) as the certificate will."""
-        mission = self._mission
-        turns = 2.0 * np.pi * np.arange(HULL_CORNERS) / HULL_CORNERS
-        outline = unit_vectors(turns)
-        radius_m = max(mission.robot_radius_m, mission.robot_keep_m - mission.obstacle_keep_m)
-        return np.asarray((robots[:, None] + radius_m * outline).reshape(-1, 2))
 
     def _walls(self, view: View, stands: Stands) -> Walls:
         robots = stands.all

@@ -16,7 +16,8 @@ from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.body.watch import Watch
 from agents.commands import Command, Note
-from agents.membership.joining import InPlace, Joining, Stands
+from agents.membership.joining import InPlace, Joining
+from agents.membership.stands import Stands
 from agents.navigation.scan import View
 from agents.navigation.step import LookCloser, NoStep
 from protocol.arrays import Floats, xy

@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agents.membership import joining
-from agents.membership.joining import CLEAR_M, InPlace, Joining, Stands
+from agents.membership.joining import CLEAR_M, InPlace, Joining
+from agents.membership.stands import Stands
 from agents.navigation.step import GAIN_M, LookCloser, NoStep, Step
 from agents.navigation.sure import closer
 from clew.rehearsal.rehearsal import Rehearsal

@@ -1,0 +1,105 @@
+"""Where all the other robots stand while one joins, and the places at the end of the strand. Pure."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from agents.membership.legs import hull_hides, on_ways
+from agents.navigation.leg import certain_clearance_m_min
+from agents.navigation.sure import CLOSER
+from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart, unit_vectors
+from protocol.mission import Mission
+from protocol.sweep import TOUCHING_M
+
+BEARINGS = 72  # of places tried around the robot ahead: 9 cm apart at 1 m, as fine as what the leg keeps
+LENGTHS = 8  # of legs tried
+SLACK_M = 0.01  # on what a place has to keep, so that one that was aimed at is one when it is reached
+HIT_M = 0.002  # hits nearer to each other than this are remembered as one
+HULL_CORNERS = 16  # a hull's outline for the grid: off by 2 % of its radius
+
+
+@dataclass(frozen=True)
+class Stands:
+    """Where all the other robots stand [m; world frame]."""
+
+    strand: Floats
+    """Those in place (k, 2), leader first; k >= 1."""
+    waiting: Floats
+    """Those that are not (m, 2)."""
+    line: Floats
+    """The way from the leader to the last of them (n, 2)."""
+    last_leg: int
+    """How many segments of that are the last robot's own leg."""
+
+    @property
+    def all(self) -> Floats:
+        """Everybody (k + m, 2)."""
+        return np.concatenate([self.strand, self.waiting])
+
+    def admit(self, places: Floats, keep_m: float) -> Flags:
+        """Which places (n, 2) would do for the next robot: apart from all, and the strand not folded back.
+
+        Its leg ends where the robot ahead stands, so it need not be further off anything than that one is.
+        """
+        ahead = self.strand[-1]
+        ends_at = np.broadcast_to(ahead, places.shape)
+        starts, ends = self.line[:-1], self.line[1:]
+        admitted = np.hypot(*(places - ahead).T) >= keep_m
+        for robots in (self.waiting, self.strand[:1] if len(starts) else self.strand[:0]):
+            least_m = np.minimum(keep_m, np.hypot(*(robots - ahead).T))
+            off_m = distances_to_segments(robots, places[:, None], ends_at[:, None])
+            admitted &= (off_m >= least_m - TOUCHING_M).all(axis=1)
+        admitted &= (distances_to_segments(places[:, None], starts, ends) >= keep_m).all(axis=1)
+        not_next = slice(0, len(starts) - self.last_leg)  # near to the leg that it begins at, it may be
+        starts, ends = starts[not_next], ends[not_next]
+        least_m = np.minimum(keep_m, distances_to_segments(ahead, starts, ends))
+        apart_m = segments_apart(places[:, None], ends_at[:, None], starts, ends)
+        return np.asarray(admitted & (apart_m >= least_m - TOUCHING_M).all(axis=1))
+
+
+def outlines(robots: Floats, mission: Mission) -> Floats:
+    """Points (m, 2) that keep a way as far from robots (n, 2) as the certificate will."""
+    turns = 2.0 * np.pi * np.arange(HULL_CORNERS) / HULL_CORNERS
+    radius_m = max(mission.robot_radius_m, mission.robot_keep_m - mission.obstacle_keep_m)
+    return np.asarray((robots[:, None] + radius_m * unit_vectors(turns)).reshape(-1, 2))
+
+
+def places_behind(stands: Stands, hits: Floats, mission: Mission) -> Floats:
+    """The places (n, 2) around the last robot in place that would do, as far as hits (m, 2) are known."""
+    ahead, rays = stands.strand[-1], mission.directions * mission.revolutions
+    least_m = max(mission.robot_keep_m, mission.robot_radius_m + mission.obstacle_keep_m) + SLACK_M
+    lengths = np.linspace(least_m, max(least_m, mission.leg_m_max - SLACK_M), LENGTHS)
+    lengths = lengths[[not hull_hides(length_m, rays, mission) for length_m in lengths]]
+    if not len(lengths):
+        return np.empty((0, 2))
+    places = np.concatenate(list(_open_places(ahead, lengths, hits, CLOSER * rays, mission)))
+    places = places[stands.admit(places, mission.robot_keep_m + SLACK_M)]
+    others = np.concatenate([stands.strand[:-1], stands.waiting])
+    reach_m = lengths[-1] + 2.0 * mission.robot_radius_m + mission.clear_m + SLACK_M
+    others = others[np.hypot(*(others - ahead).T) < reach_m]
+    return places[~on_ways(outlines(others, mission), places, ahead, mission, slack_m=SLACK_M)]
+
+
+def _open_places(
+    ahead: Floats, lengths: Floats, hits: Floats, rays: int, mission: Mission
+) -> Iterator[Floats]:
+    """For each bearing from `ahead` (2,) the places (n, 2) from which a leg to it keeps off hits (m, 2).
+
+    What may be hidden beside a hit lies along the ray to it, and one spacing beside it.
+    """
+    spacing_rad, share = 2.0 * np.pi / rays, mission.sure_share_in(rays)
+    least_m = mission.robot_radius_m + certain_clearance_m_min(mission) + 2.0 * HIT_M
+    reach_m = lengths[-1] + mission.obstacle_keep_m + 1.0
+    hits = hits[np.hypot(*(hits - ahead).T) < reach_m]
+    hidden_m = mission.range_error_m_max + spacing_rad * (reach_m + lengths[-1])
+    # A hit at least this far from all legs of a bearing refuses none of them.
+    far_m = (least_m + hidden_m) / share if share > 0.0 else np.inf
+    x_m, y_m = (hits - ahead).T
+    for x, y in unit_vectors(2.0 * np.pi * np.arange(BEARINGS) / BEARINGS):
+        along_m, across_m = x * x_m + y * y_m, x * y_m - y * x_m
+        near = (np.abs(across_m) < far_m) & (along_m > -far_m) & (along_m < lengths[-1] + far_m)
+        places = ahead + lengths[:, None] * (x, y)
+        apart_m = np.hypot(*np.moveaxis(hits[near, None] - places, -1, 0))
+        off_m = distances_to_segments(hits[near, None], places, ahead) * share - spacing_rad * apart_m
+        yield places[off_m.min(axis=0, initial=np.inf) - mission.range_error_m_max >= least_m]
