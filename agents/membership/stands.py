@@ -1,6 +1,6 @@
 """Where all the other robots stand while one joins, and the places at the end of the strand. Pure."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,35 +71,37 @@ def places_behind(stands: Stands, hits: Floats, mission: Mission) -> Floats:
     least_m = max(mission.robot_keep_m, mission.robot_radius_m + mission.obstacle_keep_m) + SLACK_M
     lengths = np.linspace(least_m, max(least_m, mission.leg_m_max - SLACK_M), LENGTHS)
     lengths = lengths[[not hull_hides(length_m, rays, mission) for length_m in lengths]]
-    if not len(lengths):
-        return np.empty((0, 2))
-    places = np.concatenate(list(_open_places(ahead, lengths, hits, CLOSER * rays, mission)))
-    places = places[stands.admit(places, mission.robot_keep_m + SLACK_M)]
+    bearings = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
+    lines = ahead + lengths[:, None] * unit_vectors(bearings)[:, None]
+    admitted = stands.admit(lines.reshape(-1, 2), mission.robot_keep_m + SLACK_M).reshape(lines.shape[:2])
+    some = [line[is_in] for line, is_in in zip(lines, admitted, strict=True) if is_in.any()]
+    places = np.concatenate([np.empty((0, 2)), *_open_places(ahead, some, hits, CLOSER * rays, mission)])
     others = np.concatenate([stands.strand[:-1], stands.waiting])
-    reach_m = lengths[-1] + 2.0 * mission.robot_radius_m + mission.clear_m + SLACK_M
+    reach_m = lengths.max(initial=0.0) + 2.0 * mission.robot_radius_m + mission.clear_m + SLACK_M
     others = others[np.hypot(*(others - ahead).T) < reach_m]
     return places[~on_ways(outlines(others, mission), places, ahead, mission, slack_m=SLACK_M)]
 
 
 def _open_places(
-    ahead: Floats, lengths: Floats, hits: Floats, rays: int, mission: Mission
+    ahead: Floats, lines: Sequence[Floats], hits: Floats, rays: int, mission: Mission
 ) -> Iterator[Floats]:
-    """For each bearing from `ahead` (2,) the places (n, 2) from which a leg to it keeps off hits (m, 2).
+    """Of the places (n, 2) in each line from `ahead` (2,), those with a leg to it that keeps off hits (m, 2).
 
     What may be hidden beside a hit lies along the ray to it, and one spacing beside it.
     """
     spacing_rad, share = 2.0 * np.pi / rays, mission.sure_share_in(rays)
     least_m = mission.robot_radius_m + certain_clearance_m_min(mission) + 2.0 * HIT_M
-    reach_m = lengths[-1] + mission.obstacle_keep_m + 1.0
+    reach_m = mission.leg_m_max + mission.obstacle_keep_m + 1.0
     hits = hits[np.hypot(*(hits - ahead).T) < reach_m]
-    hidden_m = mission.range_error_m_max + spacing_rad * (reach_m + lengths[-1])
-    # A hit at least this far from all legs of a bearing refuses none of them.
+    hidden_m = mission.range_error_m_max + spacing_rad * (reach_m + mission.leg_m_max)
+    # A hit at least this far from all legs of a line refuses none of them.
     far_m = (least_m + hidden_m) / share if share > 0.0 else np.inf
     x_m, y_m = (hits - ahead).T
-    for x, y in unit_vectors(2.0 * np.pi * np.arange(BEARINGS) / BEARINGS):
+    for line in lines:
+        longest_m = float(np.hypot(*(line[-1] - ahead)))
+        x, y = (line[-1] - ahead) / longest_m
         along_m, across_m = x * x_m + y * y_m, x * y_m - y * x_m
-        near = (np.abs(across_m) < far_m) & (along_m > -far_m) & (along_m < lengths[-1] + far_m)
-        places = ahead + lengths[:, None] * (x, y)
-        apart_m = np.hypot(*np.moveaxis(hits[near, None] - places, -1, 0))
-        off_m = distances_to_segments(hits[near, None], places, ahead) * share - spacing_rad * apart_m
-        yield places[off_m.min(axis=0, initial=np.inf) - mission.range_error_m_max >= least_m]
+        near = hits[(np.abs(across_m) < far_m) & (along_m > -far_m) & (along_m < longest_m + far_m)]
+        apart_m = np.hypot(*np.moveaxis(near[:, None] - line, -1, 0))
+        off_m = distances_to_segments(near[:, None], line, ahead) * share - spacing_rad * apart_m
+        yield line[off_m.min(axis=0, initial=np.inf) - mission.range_error_m_max >= least_m]
