@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from clew.fields.field import Field, scene
 from clew.fields.kinds import Kind
-from tests.support.full_map import QUARTER_CHORDS, Answer, Disc, solvable, widest_radius_m
+from tests.support.scenes.full_map import QUARTER_CHORDS, Answer, Disc, solvable, widest_radius_m
 
 GAP_M = 1.0
 DOOR: dict[str, Any] = {

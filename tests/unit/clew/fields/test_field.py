@@ -21,7 +21,7 @@ from clew.fields.field import BUILDERS, BUILT, Field, scene
 from clew.fields.kinds import Kind
 from clew.fields.scatter import scatter
 from clew.fields.shapes import extent, polygon
-from tests.support.full_map import Answer, Disc, solvable
+from tests.support.scenes.full_map import Answer, Disc, solvable
 from world.geometry.shapes import Polygon
 from world.scenario.budget import sure_range_m
 from world.scenario.scenario import Scenario, load
