@@ -7,19 +7,25 @@ set -euo pipefail
 case ${1-} in
 -h | --help)
     cat <<'USAGE'
-Usage: launch/test.sh [PYTEST ARGUMENTS]
+Usage: launch/test.sh [--long] [PYTEST ARGUMENTS]
 
-  Checks lint, format, types, shell scripts and all tests, with an environment of its own (.venv; a minute or two
-  the first time). It takes some eight minutes on two cores, and exits with 0 if all is well, else with 1.
+  Checks lint, format, types, shell scripts and the tests, with an environment of its own (.venv; a minute or two
+  the first time). It takes some nine minutes on two cores, and exits with 0 if all is well, else with 1.
+
+  With --long, also the tests that show again what another one shows, with more seeds, robots or loss, and those
+  that try the benchmarks: four minutes more.
 
   Examples:
     launch/test.sh
+    launch/test.sh --long
     launch/test.sh -k house        # only the tests with this word in their names
     launch/test.sh tests/unit/world
 USAGE
     exit
     ;;
 esac
+short=" and not long"
+[[ ${1-} != --long ]] || { short="" && shift; }
 source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/setup.sh"
 set_up dev
 cd "$clew_root"
@@ -82,7 +88,7 @@ set +m
 trap 'rm -rf "$beside"; kill -- "-$!" 2>/dev/null || true' EXIT
 command -v chromium >/dev/null ||
     clew_say "no chromium here: its tests are skipped. To install it: apt-get install -y --no-install-recommends chromium"
-check_tests -m "not processes" -n auto --dist worksteal "$@"
+check_tests -m "not processes$short" -n auto --dist worksteal "$@"
 wait $!
 cat "$beside/said"
 [[ ! -e $beside/failed ]] || mapfile -t -O "${#failed[@]}" failed <"$beside/failed"
@@ -91,7 +97,7 @@ cat "$beside/said"
 # Each worker collects all that it is given, so where nothing is chosen it is given the files with such tests only.
 where=()
 ((chosen)) || mapfile -t where < <(printf '%s\n' tests/browser tests/processes && grep -rl 'mark\.processes' --include='test_*.py' tests/rehearsals tests/unit | sort)
-check_tests -m processes -n $(($(nproc) * 3 / 2)) --dist loadfile --no-loadscope-reorder "${where[@]}" "$@"
+check_tests -m "processes$short" -n $(($(nproc) * 3 / 2)) --dist loadfile --no-loadscope-reorder "${where[@]}" "$@"
 ((${#failed[@]} == 0)) && exit
 clew_say "failed: $(printf '%s; ' "${failed[@]}")"
 exit 1

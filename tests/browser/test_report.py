@@ -198,6 +198,7 @@ def test_it_follows_the_browsers_dark_theme_and_a_key_changes_it(browser: Browse
         assert shown.page.evaluate(brightness) > 0.7
 
 
+@pytest.mark.long
 def test_the_bench_scrubs_a_page_and_every_frame_is_drawn(report: str) -> None:
     run = Path(report.removeprefix("file://")).parent
     bench = [sys.executable, "-m", "tests.support.pages.bench", str(run)]

@@ -42,6 +42,7 @@ def test_without_its_rules_a_property_breaks(entry: Without) -> None:
     assert (found.broken, found.depth, len(found.trace)) == (entry.broken, entry.depth, entry.depth)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("entry", PAIRS, ids=name_of)
 def test_rules_that_cover_each_other_break_only_together(entry: Without) -> None:
     for back in entry.rules:

@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import msgspec
+import pytest
 
 from clew.bench.result import Result
 from clew.bench.soak import PARTS, Soak
@@ -14,6 +15,7 @@ from tests.support.deadline import DEADLINE_S
 WORDS = ("-n", "5", "--for-s", "6", "--every-s", "2", "--probe-s", "2", "--look-s", "1", "--json")
 
 
+@pytest.mark.long
 def test_robots_die_and_come_back_and_what_they_cost_is_measured(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "clew.cli", "bench", "soak", *WORDS, "--keep", str(tmp_path)]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=4 * DEADLINE_S, check=False)

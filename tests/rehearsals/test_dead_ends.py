@@ -19,6 +19,7 @@ from protocol.timeline import (
     StrandJoined,
     StrandReversed,
 )
+from tests.support.long import long
 from tests.support.scenes.dead_ends import EPSILON_M, RADIUS_M, box, goal_behind, nested, pocket, t_junction
 from world.judge.ending import Ending
 from world.judge.judgement import judge
@@ -104,7 +105,7 @@ def reversals(rehearsal: Rehearsal) -> list[StrandReversed]:
 
 
 @pytest.mark.parametrize("scene", SCENES)
-@pytest.mark.parametrize("robots", [1, 5])
+@pytest.mark.parametrize("robots", [1, *long([5])])
 def test_a_strand_gets_out_of_dead_ends(robots: int, scene: str) -> None:
     rehearsal = Rehearsal(SCENES[scene](robots), 1, PERFECT).run()
     again = replay(test_a_strand_gets_out_of_dead_ends, robots, scene)
@@ -112,7 +113,7 @@ def test_a_strand_gets_out_of_dead_ends(robots: int, scene: str) -> None:
     assert rehearsal.world.ending is Ending.ARRIVED, again
 
 
-@pytest.mark.parametrize(("robots", "scene"), [*((2, scene) for scene in TURNS), (9, TURNS[1])])
+@pytest.mark.parametrize(("robots", "scene"), [*((2, scene) for scene in TURNS), *long([(9, TURNS[1])])])
 def test_in_a_corridor_one_robot_wide_the_strand_turns_round(robots: int, scene: str) -> None:
     rehearsal = Rehearsal(SCENES[scene](robots), 1, PERFECT).run()
     again = replay(test_in_a_corridor_one_robot_wide_the_strand_turns_round, robots, scene)
@@ -126,7 +127,7 @@ def test_with_the_goal_behind_the_queue_the_tail_becomes_the_leader() -> None:
     assert [each.order for each in formations(rehearsal)] == [(1, 2, 3, 4, 5), (5, 4, 3, 2, 1)]
 
 
-@pytest.mark.parametrize("scene", TURNS)
+@pytest.mark.parametrize("scene", [TURNS[0], *long(TURNS[1:])])
 @pytest.mark.parametrize("seed", [1])
 def test_loss_delay_and_duplication_only_cost_time_while_turning(seed: int, scene: str) -> None:
     rehearsal = Rehearsal(SCENES[scene](3), seed, LOSSY).run()
@@ -135,7 +136,7 @@ def test_loss_delay_and_duplication_only_cost_time_while_turning(seed: int, scen
     assert rehearsal.world.ending is Ending.ARRIVED, again
 
 
-@pytest.mark.parametrize("scene", TURNS)
+@pytest.mark.parametrize("scene", [TURNS[1], *long([TURNS[0], TURNS[2]])])
 @pytest.mark.parametrize("seed", [1])
 def test_a_loss_of_90_percent_while_turning_breaks_no_invariant(seed: int, scene: str) -> None:
     rehearsal = Rehearsal(SCENES[scene](3), seed, PERFECT)
@@ -165,7 +166,7 @@ def test_without_a_way_the_run_ends_with_route_lost(plan: Plan, robots: int, sce
     assert rehearsal.world.ending is Ending.ROUTE_LOST, again
 
 
-@pytest.mark.parametrize("robot", [1, 2, 3])
+@pytest.mark.parametrize("robot", [1, *long([2, 3])])
 @pytest.mark.parametrize(
     ("plan", "after_s"), [(PERFECT, 0.0), (LOSSY, 0.06), (PERFECT, 4.0)], ids=["at once", "soon", "late"]
 )

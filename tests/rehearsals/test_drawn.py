@@ -14,11 +14,71 @@ from protocol.exit_codes import ExitCode
 from protocol.faults.plan import load as load_plan
 from protocol.fence import May
 from protocol.timeline import FenceChanged, OrderAccepted, OrderRefused
+from tests.support.long import long
 from world.core import World
 from world.judge.judgement import judge
 from world.scenario.scenario import load
 
 DRAWN = Path(__file__).parent / "drawn"
+
+
+# Name, seed, from when on there is no fault any more, and who cannot be in the strand then.
+HEALS: list[tuple[str, int, float, tuple[int, ...]]] = [
+    # The leader comes back in front of the robot that took its place, and has to lead again.
+    ("leader-frozen-in-a-corridor", 5342, 9.783, ()),
+    # The others come out of a dead end; the robot must not be called in before they are out.
+    ("robot-before-a-pocket", 6006, 16.367, ()),
+    # A robot that was cut off while a link was silent must not be shunned for that.
+    ("two-cut-off-by-turns", 2544, 20.072, ()),
+    # A robot that misses six of seven messages must not keep the others waiting.
+    ("a-leader-nearly-deaf", 2394, 9.177, (1,)),
+    # The robot that never answers keeps the others waiting, not the one that has the turn.
+    ("one-that-never-answers", 2892, 17.196, (1,)),
+    # A robot that comes back in front, round a corner, finds no way to the tail; the others can reach it.
+    ("in-front-and-round-a-corner", 12858, 10.509, ()),
+    # Dead robots do not come back, so it is useless to wait for them when no robot finds a place.
+    ("waited-for-the-dead", 14064, 18.564, ()),
+    # Three are locked in a pocket by a dead body; the one outside has to go on without them.
+    ("outside-of-a-closed-pocket", 111623, 18.384, ()),
+    # A robot that found no way to a place must ask again when the others have driven on.
+    ("left-behind-when-the-others-drive-on", 991, 12.479, ()),
+]
+HEALS_TOO: list[tuple[str, int, float, tuple[int, ...]]] = [
+    # The leader stands between a wall and the next robot and knows no way on; the next robot does.
+    ("bodies-beside-the-leader", 5511, 16.638, ()),
+    # A robot that asks for another order must not ask a robot that never answers.
+    ("the-tail-cut-off-for-good", 673, 16.585, (5,)),
+    # The way back out of a pocket leads past the others that are still in it.
+    ("out-of-a-pocket-round-a-loop", 869, 12.499, ()),
+    # A leader that drives to and fro makes no room; the robot in its way has to be called in.
+    ("room-made-to-and-fro", 3560, 14.339, ()),
+    # A nearly mute robot keeps the strand waiting half of the time, but never for long.
+    ("a-robot-nearly-mute-in-the-strand", 4782, 20.065, (3,)),
+    # A nearly deaf robot must not report that the robots it misses do not answer.
+    ("a-robot-nearly-deaf-that-calls", 5364, 16.447, (4,)),
+    # The tail leads after a dead end, and only the robot behind it knows a way.
+    ("led-by-the-tail-in-a-corridor", 2346, 15.049, ()),
+    # One robot finds no way to a place under any leader; there is room when the others have gone on.
+    ("no-room-for-the-last", 4891, 17.455, ()),
+    # The robot that must give the first turn receives almost nothing, and does not give it.
+    ("the-giver-nearly-deaf", 8811, 16.328, (1,)),
+    # The trace of a body in the map, hidden by another body, closes the only gap after it has moved on.
+    ("the-trace-of-a-body-that-moved-on", 10609, 11.659, ()),
+    # A robot must not call in a robot that it shuns.
+    ("called-in-by-one-that-shuns-it", 1614, 18.838, ()),
+    # The body of a robot that is shunned stands in the way of the one that shuns it.
+    ("shunned-in-a-pockets-mouth", 3410, 17.826, (2,)),
+    # Two robots that are back cannot answer the call that the others wait in; they can report that.
+    ("back-after-the-call", 18613, 17.813, (5,)),
+    # A robot that can never come must not keep robots that are nearly there from arriving.
+    ("locked-out-by-two-bodies", 1619, 13.412, (5,)),
+    # A robot that misses six of seven messages and scans must not wait for one scan after the other.
+    ("nearly-deaf-in-a-pockets-mouth", 11139, 19.277, (3,)),
+    # Of two robots that do not hear each other, the one that others hear well must not be left out.
+    ("a-leader-nearly-mute", 6164, 20.229, (2,)),
+    # A robot that is left out for a silence counts in the same view as soon as that has passed.
+    ("shunned-in-front-in-a-corridor", 70159, 10.9, ()),
+]
 
 
 def rehearsed(name: str, seed: int, *, decided: Callable[[World], bool]) -> tuple[Rehearsal, str]:
@@ -33,63 +93,7 @@ def rehearsed(name: str, seed: int, *, decided: Callable[[World], bool]) -> tupl
     return rehearsal, again
 
 
-@pytest.mark.parametrize(
-    ("name", "seed", "quiet_s", "outside"),
-    [
-        # The leader comes back in front of the robot that took its place, and has to lead again.
-        ("leader-frozen-in-a-corridor", 5342, 9.783, ()),
-        # The leader stands between a wall and the next robot and knows no way on; the next robot does.
-        ("bodies-beside-the-leader", 5511, 16.638, ()),
-        # The others come out of a dead end; the robot must not be called in before they are out.
-        ("robot-before-a-pocket", 6006, 16.367, ()),
-        # A robot that asks for another order must not ask a robot that never answers.
-        ("the-tail-cut-off-for-good", 673, 16.585, (5,)),
-        # A robot that was cut off while a link was silent must not be shunned for that.
-        ("two-cut-off-by-turns", 2544, 20.072, ()),
-        # A robot that misses six of seven messages must not keep the others waiting.
-        ("a-leader-nearly-deaf", 2394, 9.177, (1,)),
-        # The way back out of a pocket leads past the others that are still in it.
-        ("out-of-a-pocket-round-a-loop", 869, 12.499, ()),
-        # A leader that drives to and fro makes no room; the robot in its way has to be called in.
-        ("room-made-to-and-fro", 3560, 14.339, ()),
-        # A nearly mute robot keeps the strand waiting half of the time, but never for long.
-        ("a-robot-nearly-mute-in-the-strand", 4782, 20.065, (3,)),
-        # A nearly deaf robot must not report that the robots it misses do not answer.
-        ("a-robot-nearly-deaf-that-calls", 5364, 16.447, (4,)),
-        # The robot that never answers keeps the others waiting, not the one that has the turn.
-        ("one-that-never-answers", 2892, 17.196, (1,)),
-        # The tail leads after a dead end, and only the robot behind it knows a way.
-        ("led-by-the-tail-in-a-corridor", 2346, 15.049, ()),
-        # One robot finds no way to a place under any leader; there is room when the others have gone on.
-        ("no-room-for-the-last", 4891, 17.455, ()),
-        # The robot that must give the first turn receives almost nothing, and does not give it.
-        ("the-giver-nearly-deaf", 8811, 16.328, (1,)),
-        # The trace of a body in the map, hidden by another body, closes the only gap after it has moved on.
-        ("the-trace-of-a-body-that-moved-on", 10609, 11.659, ()),
-        # A robot that comes back in front, round a corner, finds no way to the tail; the others can reach it.
-        ("in-front-and-round-a-corner", 12858, 10.509, ()),
-        # A robot must not call in a robot that it shuns.
-        ("called-in-by-one-that-shuns-it", 1614, 18.838, ()),
-        # The body of a robot that is shunned stands in the way of the one that shuns it.
-        ("shunned-in-a-pockets-mouth", 3410, 17.826, (2,)),
-        # Two robots that are back cannot answer the call that the others wait in; they can report that.
-        ("back-after-the-call", 18613, 17.813, (5,)),
-        # A robot that can never come must not keep robots that are nearly there from arriving.
-        ("locked-out-by-two-bodies", 1619, 13.412, (5,)),
-        # A robot that misses six of seven messages and scans must not wait for one scan after the other.
-        ("nearly-deaf-in-a-pockets-mouth", 11139, 19.277, (3,)),
-        # Of two robots that do not hear each other, the one that others hear well must not be left out.
-        ("a-leader-nearly-mute", 6164, 20.229, (2,)),
-        # Dead robots do not come back, so it is useless to wait for them when no robot finds a place.
-        ("waited-for-the-dead", 14064, 18.564, ()),
-        # A robot that is left out for a silence counts in the same view as soon as that has passed.
-        ("shunned-in-front-in-a-corridor", 70159, 10.9, ()),
-        # Three are locked in a pocket by a dead body; the one outside has to go on without them.
-        ("outside-of-a-closed-pocket", 111623, 18.384, ()),
-        # A robot that found no way to a place must ask again when the others have driven on.
-        ("left-behind-when-the-others-drive-on", 991, 12.479, ()),
-    ],
-)
+@pytest.mark.parametrize(("name", "seed", "quiet_s", "outside"), [*HEALS, *long(HEALS_TOO)])
 def test_a_fleet_heals_in_a_case_in_which_it_once_did_not(
     name: str, seed: int, quiet_s: float, outside: tuple[int, ...]
 ) -> None:

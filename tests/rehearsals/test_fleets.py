@@ -16,6 +16,7 @@ from protocol.faults.plan import NO_FAULTS, uniform
 from protocol.files.toml_text import toml_text
 from protocol.mission import Mission
 from tests.support.campaigns import clew
+from tests.support.long import long
 from tests.support.stages.fleets import EAST_M, HEAD_ON, LANE_M, WEST_M, fleet, raw, rehearsed, shared
 from world.bodies.sensor import Sensor
 from world.scenario.fleets import SharedGround, seed_of
@@ -47,7 +48,7 @@ def test_two_fleets_that_meet_head_on_pass_each_other_and_arrive(tmp_path: Path)
     assert clew("replay", str(tmp_path / "west")).exit_code == 0
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, *long([2])])
 def test_fleets_that_meet_do_not_touch_while_a_third_of_all_messages_is_lost(
     tmp_path: Path, seed: int
 ) -> None:

@@ -19,6 +19,7 @@ from protocol.frames import Point
 from protocol.mission import BRIEF_S
 from protocol.timeline import PromiseBroken, StrandReversed
 from tests.support.judges import differences
+from tests.support.long import long
 from tests.support.runs import Runs
 from tests.support.stages.world_stage import Stage
 from world.events import ScanAsked, StopAsked
@@ -183,7 +184,7 @@ def test_a_robot_that_starts_to_move_while_it_is_run_over_breaks_s1() -> None:
     assert touched(judged(stage)) == [(3, "in contact with moving obstacle follower while it moved")]
 
 
-@pytest.mark.parametrize(("name", "seed"), [("door", 3), ("door", 4), ("follower", 4)])
+@pytest.mark.parametrize(("name", "seed"), [("door", 3), *long([("door", 4), ("follower", 4)])])
 def test_no_body_is_sent_on_its_way_before_its_first_scan_in_an_epoch_even_if_half_of_all_is_lost(
     name: str, seed: int
 ) -> None:

@@ -140,6 +140,7 @@ def test_a_bad_scenario_is_refused_in_one_line_before_any_fleet_starts(
     assert "nope" in told.stderr
 
 
+@pytest.mark.long
 @pytest.mark.processes
 def test_the_verb_measures_leaders_of_live_fleets(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("clew.verbs.bench_healing.WALL_S_MAX", DEADLINE_S)  # a run ends when it has healed

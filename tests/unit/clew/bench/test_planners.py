@@ -60,6 +60,7 @@ def test_a_peers_metres_are_those_that_it_drives_and_stand_beside_ours() -> None
     assert metre.baselines[1].measured.median == pytest.approx(80.0)
 
 
+@pytest.mark.long
 def test_a_map_that_grows_has_the_scans_that_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(growing, "PLANS", 2)
     scenario = field()

@@ -12,6 +12,7 @@ from clew.explore.search import Ended, Exploration, Strike, deepen, retell
 from clew.explore.setting import NEVER_TICKS, SETTINGS, Kind, adjusted
 from clew.explore.without import RULES
 from protocol.fence import May
+from tests.support.long import long
 
 START = SETTINGS["start"]
 SHORT = replace(START, deliveries=4, settle_ticks=50, delays_ticks=(5,), restarts_ticks=(5, NEVER_TICKS))
@@ -67,7 +68,7 @@ class StepByStep(Fleet):
         return self.follow(state)
 
 
-@pytest.mark.parametrize("forgets_from", [0, fleet.FORGETS_FROM])
+@pytest.mark.parametrize("forgets_from", [0, *long([fleet.FORGETS_FROM])])
 def test_an_exploration_that_hurries_and_forgets_covers_the_same_schedules(
     forgets_from: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -15,6 +15,7 @@ from protocol.faults.plan import load as load_plan
 from protocol.network.session import INPUTS
 from protocol.root import ROOT
 from tests.support.campaigns import clew
+from tests.support.long import long
 from tests.support.processes.fleets import Fleet
 from tests.support.runs import Runs
 from world.scenario.scenario import load
@@ -55,7 +56,7 @@ def test_new_cores_decide_like_the_rehearsed_ones(run: Path) -> None:
     assert all(each.decisions > 100 and each.flaws == () for each in replayed.robots)
 
 
-@pytest.mark.parametrize("name", ["burst", "killed-after-plan", "leader-frozen", "robot-restarted"])
+@pytest.mark.parametrize("name", ["burst", "robot-restarted", *long(["killed-after-plan", "leader-frozen"])])
 def test_cores_decide_by_their_inputs_alone_under_faults(runs: Runs, name: str) -> None:
     replayed = replay(runs.of("grove", faults=name))
     assert replayed.ok, "\n".join(sentences(replayed))
@@ -76,7 +77,7 @@ delay_s_max = 0.2
 """
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, *long([2])])
 def test_cores_decide_by_their_inputs_alone_with_30_percent_loss(tmp_path: Path, seed: int) -> None:
     plan = tmp_path / "lossy.toml"
     plan.write_text(LOSSY, encoding="utf-8")

@@ -66,6 +66,7 @@ def test_a_chain_is_compared_with_bare_relays_of_its_repeat() -> None:
     assert (cpu.measured.most, cpu.baselines[0].ratio.most) == (900.0, 3.0)
 
 
+@pytest.mark.long
 @pytest.mark.processes
 def test_chains_of_real_processes_pass_news_on() -> None:
     told = clew("bench", "hop", "3", "--runs", "1", "--news", "3", "--json")
