@@ -10,7 +10,7 @@ Rule 3: both save time and decide nothing. In doubt a step is tried.
 import math
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
+from numpy.lib.stride_tricks import sliding_window_view
 
 from agents.navigation.guidance import CostToGo
 from agents.navigation.scan import View
@@ -31,19 +31,20 @@ def may_cost_less(
     reach_m = float(view.ranges_m.max()) + beside_m
     off = cost_to_go.places(cost_m, view.position, within_m=reach_m) - view.position
     off_m, bearings_rad = np.hypot(off[:, 0], off[:, 1]), np.arctan2(off[:, 1], off[:, 0])
-    is_seen = off_m <= np.maximum(_seen_m(view, bearings_rad) + beside_m, NEAR_CELLS * cell_m)
+    is_seen = off_m <= np.maximum(seen_m(view, bearings_rad) + beside_m, NEAR_CELLS * cell_m)
     off_m, bearings_rad = off_m[is_seen], bearings_rad[is_seen]
     half_rad = np.where(off_m > beside_m, np.arcsin(beside_m / np.maximum(off_m, beside_m)), math.pi)
     least_m = float(off_m.min(initial=math.inf)) - beside_m
     return _within(headings_rad, bearings_rad - half_rad, bearings_rad + half_rad), least_m
 
 
-def _seen_m(view: View, bearings_rad: Floats) -> Floats:
+def seen_m(view: View, bearings_rad: Floats) -> Floats:
     """The longest range (n,) beside these directions, as wide as a cell is that is not near."""
     rays = len(view.ranges_m)
     spacing_rad = 2.0 * math.pi / rays
     beside = math.ceil(math.asin(BESIDE_CELLS / NEAR_CELLS) / spacing_rad) + 1  # and the ray to either side
-    longest_m = maximum_filter1d(view.ranges_m, 2 * beside + 1, mode="wrap")
+    around_m = np.concatenate((view.ranges_m[-beside:], view.ranges_m, view.ranges_m[:beside]))
+    longest_m = sliding_window_view(around_m, rays).max(axis=0)  # a row for each neighbour: fast
     return np.asarray(longest_m[np.rint((bearings_rad + math.pi) / spacing_rad).astype(np.intp) % rays])
 
 

@@ -1,13 +1,14 @@
 """One connected piece of free ground: all places that a disc can reach from one place, found on a grid.
 
 Rule 1: the grid is conservative: it may miss a way that barely fits.
+Rule 2: scipy is loaded when a piece is asked for. That takes a third of a launcher's and of a world's start,
+        and most scenarios draw no places.
 """
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage
 
 from protocol.arrays import Flags, Floats, Indices
 from protocol.mission import Bounds
@@ -48,6 +49,8 @@ def piece_of(
         hull_m: a robot's radius.
         clear_m: least distance of a centre from an obstacle.
     """
+    from scipy import ndimage  # noqa: PLC0415 - late, by rule 2
+
     low_m = np.array([bounds.x_m_min, bounds.y_m_min])
     size_m = np.array([bounds.x_m_max, bounds.y_m_max]) - low_m
     cell_m = max(clear_m / CELLS, math.sqrt(float(np.prod(size_m)) / CELLS_MAX))

@@ -2,14 +2,15 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from agents.navigation import step
 from agents.navigation.certificate import Walls, bounds_walls, certified_lengths_m, scan_walls
 from agents.navigation.guidance import Map
-from agents.navigation.headings import may_cost_less
-from protocol.arrays import unit_vectors, xy
+from agents.navigation.headings import BESIDE_CELLS, NEAR_CELLS, may_cost_less, seen_m
+from agents.navigation.scan import View
+from protocol.arrays import scan_bearings_rad, unit_vectors, xy
 from protocol.frames import Point
 from protocol.mission import Bounds
 from tests.support.stages.one_step import ORIGIN, look_around, under
@@ -72,3 +73,20 @@ def test_behind_a_wall_no_heading_is_tried() -> None:
     is_tried, _ = may_cost_less(view, headings_rad, ways, 2.0)
     assert 0 < is_tried.sum() < len(headings_rad) / 2
     assert (np.abs(headings_rad[is_tried]) < np.pi / 2.0).all(), "the goal is ahead"
+
+
+@given(directions, st.integers(0), st.floats(-1.0, 1.0))
+@example(360, 0, -0.9)  # across the first and the last ray
+@example(360, 359, 0.9)
+def test_a_long_ray_counts_as_seen_in_all_directions_beside_it_and_in_no_other(
+    rays: int, longest: int, share: float
+) -> None:
+    bearings_rad = scan_bearings_rad(rays)
+    ranges_m = np.ones(rays)
+    ranges_m[longest % rays] = 3.0
+    view = View(np.zeros(2), bearings_rad, ranges_m, np.ones(rays, dtype=np.bool_), 0.0)
+    beside_rad = np.arcsin(BESIDE_CELLS / NEAR_CELLS)
+    far_rad = beside_rad + 3.0 * 2.0 * np.pi / rays  # the rays to either side, and half a ray
+    off_rad = np.array([share * beside_rad, far_rad, -far_rad])
+    asked_rad = (bearings_rad[longest % rays] + off_rad + np.pi) % (2.0 * np.pi) - np.pi
+    assert seen_m(view, asked_rad).tolist() == [3.0, 1.0, 1.0]
