@@ -143,13 +143,21 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
         )
 
     @property
-    def moves_beside_m(self) -> float:
-        """The least distance between the centres of two robots at which one of them may move at all.
+    def moves_off_m(self) -> float:
+        """The least distance of a robot's centre from anything in sight at which it may move at all.
 
-        Where obstacles move, one may be hidden behind the other robot.
+        Where obstacles move, one may be hidden behind that, or in front of it between two rays.
         """
-        least_m = MOVES_S * self.obstacle_speed_mps_max + self.mu0_m + self.range_error_m_max
-        return 2.0 * self.robot_radius_m + (least_m if self.obstacles_move else 0.0)
+        if not self.obstacles_move:
+            return self.robot_radius_m
+        sure_m = self.robot_radius_m + self.mu0_m + MOVES_S * self.obstacle_speed_mps_max
+        share = self.sure_share_in(self.directions * self.revolutions)
+        return self.range_error_m_max + (sure_m / share if share > 0.0 else math.inf)
+
+    @property
+    def moves_beside_m(self) -> float:
+        """The least distance between the centres of two robots at which one of them may move at all."""
+        return self.robot_radius_m + self.moves_off_m
 
     @property
     def hull_reach_m(self) -> float:

@@ -17,13 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.membership.legs import (
-    PASSED_SHARE,
-    leg_is_clear,
-    leg_needs_closer_look,
-    without_hulls,
-)
-from agents.membership.stands import BEARINGS, HIT_M, LENGTHS, Stands, outlines, places_behind
+from agents.membership.legs import leg_is_clear, leg_needs_closer_look, without_hulls
+from agents.membership.stands import BEARINGS, HIT_M, Stands, outlines, places_behind
 from agents.navigation.certificate import (
     Walls,
     bounds_walls,
@@ -45,6 +40,7 @@ from agents.navigation.step import (
 from agents.navigation.sure import closer
 from protocol.arrays import Flags, Floats, unit_vectors
 from protocol.frames import wrap
+from protocol.legs import LENGTHS, PASSED_SHARE
 from protocol.mission import Mission
 from protocol.timeline import StepPlanned
 

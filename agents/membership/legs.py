@@ -1,18 +1,15 @@
 """What a robot's scan shows of the leg to the robot ahead, while all robots stand. Pure."""
 
-import math
-
 import numpy as np
 
 from agents.navigation.leg import certain_clearance_m_min, is_unsure_of_leg, leg_is_certain
 from agents.navigation.scan import View, on_discs
 from agents.navigation.sure import closer
 from protocol.arrays import Flags, Floats, distances_to_segments
+from protocol.legs import hull_hides
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
 from protocol.wire.messages import RAYS_MAX
-
-PASSED_SHARE = 0.75  # of the tolerance: the rest is the drive's, on a way of a few decimetres
 
 
 def without_hulls(view: View, robots: Floats, mission: Mission) -> View:
@@ -41,24 +38,6 @@ def _leg_may_be_clear(seen: View, ahead: Floats, mission: Mission, *, rays: int)
     if leg_m > mission.leg_m_max or hull_hides(leg_m, rays, mission):
         return False
     return not hides_way(seen, ahead, mission)
-
-
-def hull_hides(leg_m: float, rays: int, mission: Mission) -> bool:
-    """Whether the robot ahead may hide an obstacle beside its place that is too near to the way there.
-
-    Its hull hides everything behind it, out to the first ray that passes. From a short way off that may be
-    beside the way, and not beyond its end, where an obstacle keeps off as it does from the robot ahead. That
-    robot may have passed it by a little less than a step keeps (`agents.membership.joining`, rule 2).
-
-    The body of a robot that is left out may be nearer to the hull than that: the separation may be far below
-    epsilon. But it is as wide as the hull, so it reaches out of the hull's shadow before the way ends, at no
-    more than epsilon from the way, where it is seen. So there is no bound for the separation.
-    """
-    needs_m = mission.robot_radius_m + mission.epsilon_m - mission.mu0_m
-    keeps_m = needs_m + (1.0 - PASSED_SHARE) * mission.mu0_m
-    edge_rad = math.asin(min(1.0, mission.robot_radius_m / max(leg_m, TOUCHING_M))) + math.tau / rays
-    beside_rad = edge_rad - math.acos(min(1.0, leg_m * math.sin(edge_rad) / keeps_m))
-    return keeps_m * math.cos(max(0.0, beside_rad)) < needs_m
 
 
 def hides_way(seen: View, ahead: Floats, mission: Mission) -> bool:

@@ -5,16 +5,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.membership.legs import hull_hides, on_ways
+from agents.membership.legs import on_ways
 from agents.navigation.leg import certain_clearance_m_min
 from agents.navigation.sure import CLOSER
 from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart, unit_vectors
+from protocol.legs import PLACE_SLACK_M, legs_m
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
+from protocol.wire.messages import RAYS_MAX
 
 BEARINGS = 72  # of places tried around the robot ahead: 9 cm apart at 1 m, as fine as what the leg keeps
-LENGTHS = 8  # of legs tried
-SLACK_M = 0.01  # on what a place has to keep, so that one that was aimed at is one when it is reached
 HIT_M = 0.002  # hits nearer to each other than this are remembered as one
 HULL_CORNERS = 16  # a hull's outline for the grid: off by 2 % of its radius
 
@@ -68,18 +68,17 @@ def outlines(robots: Floats, mission: Mission) -> Floats:
 def places_behind(stands: Stands, hits: Floats, mission: Mission) -> Floats:
     """The places (n, 2) around the last robot in place that would do, as far as hits (m, 2) are known."""
     ahead, rays = stands.strand[-1], mission.directions * mission.revolutions
-    least_m = max(mission.robot_keep_m, mission.robot_radius_m + mission.obstacle_keep_m) + SLACK_M
-    lengths = np.linspace(least_m, max(least_m, mission.leg_m_max - SLACK_M), LENGTHS)
-    lengths = lengths[[not hull_hides(length_m, rays, mission) for length_m in lengths]]
+    lengths = legs_m(mission, rays=RAYS_MAX // mission.directions * mission.directions)
     bearings = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
     lines = ahead + lengths[:, None] * unit_vectors(bearings)[:, None]
-    admitted = stands.admit(lines.reshape(-1, 2), mission.robot_keep_m + SLACK_M).reshape(lines.shape[:2])
+    keep_m = mission.robot_keep_m + PLACE_SLACK_M
+    admitted = stands.admit(lines.reshape(-1, 2), keep_m).reshape(lines.shape[:2])
     some = [line[is_in] for line, is_in in zip(lines, admitted, strict=True) if is_in.any()]
     places = np.concatenate([np.empty((0, 2)), *_open_places(ahead, some, hits, CLOSER * rays, mission)])
     others = np.concatenate([stands.strand[:-1], stands.waiting])
-    reach_m = lengths.max(initial=0.0) + 2.0 * mission.robot_radius_m + mission.clear_m + SLACK_M
+    reach_m = lengths.max(initial=0.0) + 2.0 * mission.robot_radius_m + mission.clear_m + PLACE_SLACK_M
     others = others[np.hypot(*(others - ahead).T) < reach_m]
-    return places[~on_ways(outlines(others, mission), places, ahead, mission, slack_m=SLACK_M)]
+    return places[~on_ways(outlines(others, mission), places, ahead, mission, slack_m=PLACE_SLACK_M)]
 
 
 def _open_places(

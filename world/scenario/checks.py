@@ -7,7 +7,9 @@ from typing import NoReturn
 import numpy as np
 
 from protocol.frames import SPEED_MPS_MAX, Point, Pose
+from protocol.legs import PLACE_SLACK_M, leg_m_min, legs_m
 from protocol.mission import Bounds, Mission
+from protocol.wire.messages import RAYS_MAX
 from world.geometry.clearance import distances
 from world.geometry.movers import Movers
 from world.geometry.moving import Moving
@@ -118,6 +120,22 @@ def no_hull_is_anothers(section: Fleet, mission: Mission) -> None:
     ):
         if kept_m < least_m - ROUNDING_M:
             _refuse(path, f">= 2 mu0_m + range error = {least_m:g} m: else {otherwise}", kept_m)
+
+
+def legs(section: Fleet, mission: Mission) -> None:
+    """There are places at which a robot can join a strand: else one that is left out searches in vain."""
+    if section.robots == 1 or not mission.promises_clearance:
+        return
+    if len(legs_m(mission, rays=RAYS_MAX // mission.directions * mission.directions)) > 0:
+        return
+    least_m, most_m = leg_m_min(mission) + PLACE_SLACK_M, mission.leg_m_max
+    if section.link_length_m_max < least_m:
+        rule = f">= {least_m:.4g} m, the least way between neighbours"
+        _refuse("fleet.link_length_m_max", rule, section.link_length_m_max)
+    if most_m < least_m:
+        _refuse("sensor", f"sure of {least_m:.4g} m, the least way between neighbours", f"{most_m:.4g} m")
+    rule = f"more: on every way of up to {most_m:.4g} m the robot ahead hides what is beside its place"
+    _refuse("law.epsilon_m", rule, mission.epsilon_m)
 
 
 def said(bounds: Bounds | None) -> Bounds:

@@ -4,6 +4,7 @@ Rule 1: each fleet gets a scenario of its own, as if it were alone; its `obstacl
         the speed of the robots. So the other fleets' robots are moving obstacles to it.
 Rule 2: the law certifies every step: without scans while driving no robot keeps off another fleet.
 Rule 3: the sensor is sure to show every other hull within the range in use.
+Rule 4: robots of two fleets start so far apart that each may move, whatever the other hides.
 """
 
 from collections.abc import Iterator
@@ -11,8 +12,10 @@ from itertools import combinations
 from math import dist
 from typing import Annotated, Any
 
+import numpy as np
 from msgspec import Meta, Struct, ValidationError, convert, field, to_builtins
 
+from protocol.arrays import Floats
 from protocol.errors import UsageError
 from protocol.files.reading import read, understand
 from protocol.frames import FLEETS_MAX, ROBOTS_MAX, Speed
@@ -70,7 +73,7 @@ class SharedGround(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
             yield from self._too_near(one, first, other, second)
 
     def _too_near(self, one: int, first: NamedFleet, other: int, second: NamedFleet) -> Iterator[str]:
-        """Robots of two fleets start so far apart that each may move; so are the goals."""
+        """Robots of two fleets start as far apart as obstacles are passed; so are the goals."""
         least_m = first.robot_radius_m + second.robot_radius_m + self.law.epsilon_m
         if _unplaced(first) or _unplaced(second):
             return  # the scenario of that fleet is refused
@@ -114,6 +117,7 @@ class SharedGround(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
             except ValidationError as error:
                 raise ValueError(f"{error} (fleet[{row}], {name})") from error
             self._check_sight(row, each, scenario)
+            self._check_starts(row, scenario)
             made[name] = scenario
         return made
 
@@ -130,10 +134,30 @@ class SharedGround(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
                 f"(fleet[{row}], {fleet.name})"
             )
 
+    def _check_starts(self, row: int, scenario: Scenario) -> None:
+        """Rule 4."""
+        here_m = _places_m(self.fleets[row])
+        for other, each in enumerate(self.fleets):
+            if other == row or _unplaced(each):
+                continue
+            least_m = scenario.mission().moves_off_m + each.robot_radius_m
+            apart_m = np.hypot(*(here_m[:, None] - _places_m(each)).T).min(axis=0)
+            robot = int(apart_m.argmin())
+            if apart_m[robot] < least_m - ROUNDING_M:
+                raise ValueError(
+                    f"$.fleet[{row}]: robot {robot + 1} must start >= {least_m:.4g} m from every robot of "
+                    f"fleet[{other}], got {apart_m[robot]:.6g} m: nearer to one that may hide another robot, "
+                    f"it cannot move"
+                )
+
 
 def seed_of(seed: int, fleet: str) -> int:
     """The seed of one fleet: with one seed for all, robots of the same number would draw the same errors."""
     return int(stream(seed, f"fleet/{fleet}").integers(SEED_MAX))
+
+
+def _places_m(fleet: Fleet) -> Floats:
+    return np.array([(pose.x_m, pose.y_m) for pose in fleet.poses()])
 
 
 def _unplaced(fleet: Fleet) -> bool:

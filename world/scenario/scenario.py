@@ -82,12 +82,13 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
         checks.sight(self.sensor, self.rays, self.range_m_used, self.closest_m)
         if self.law.promises_clearance:
             checks.errors_covered(self.law, self.error_budget)
-        checks.no_hull_is_anothers(self.fleet, self.mission())
-        poses, radius_m = self.fleet.poses(), self.fleet.robot_radius_m
-        checks.places_apart(self.fleet, poses, self.mission())
+        poses, radius_m, mission = self.fleet.poses(), self.fleet.robot_radius_m, self.mission()
+        checks.no_hull_is_anothers(self.fleet, mission)
+        checks.legs(self.fleet, mission)
+        checks.places_apart(self.fleet, poses, mission)
         drive_m = self.error_budget.drive_m if self.law.promises_clearance else 0.0
         checks.within(self.bounds, self.fleet, poses, self.goal, drive_m)
-        standoff_m = self.closest_m if self.law.promises_clearance else radius_m
+        standoff_m = max(self.closest_m, mission.moves_off_m) if mission.promises_clearance else radius_m
         checks.clear_of(self.ground, self.fleet, poses, self.goal, standoff_m)
         checks.untouched(self.movers, self.fleet, poses)
 

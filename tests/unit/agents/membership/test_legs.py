@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from agents.membership.legs import hull_hides, leg_is_clear, leg_needs_closer_look, without_hulls
+from agents.membership.legs import leg_is_clear, leg_needs_closer_look, without_hulls
 from agents.navigation.scan import View
 from protocol.arrays import distances_to_segments, scan_bearings_rad
+from protocol.legs import hull_hides
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
 from world.geometry.rays import cast

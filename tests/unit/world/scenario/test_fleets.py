@@ -1,5 +1,6 @@
 """Scenario files with several fleets: what each fleet is told, and what is refused."""
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -97,3 +98,19 @@ def test_a_fleet_that_would_be_refused_alone_is_refused_with_its_name(tmp_path: 
     out = WEST | {"start": (9.0, LANE_M, 0.0)}
     with pytest.raises(UsageError, match=r"inside the bounds.*\(fleet\[1\], west\)"):
         load_fleets(written(tmp_path, raw(EAST, out)))
+
+
+def test_robots_of_two_fleets_start_so_far_apart_that_each_may_move_beside_what_the_other_hides(
+    tmp_path: Path,
+) -> None:
+    """At 0.24 m and 1 m/s both would stand for ever: nothing permits a motion that somebody may hit."""
+    fast = raw()["drive"] | {"speed_mps": 1.0, "speed_mps_max": 2.0}
+    narrow = {"epsilon_m": 0.03, "mu0_m": 0.01}
+    back_to_back = [
+        fleet("west", (3.0, LANE_M, math.pi), (WEST_M, LANE_M), robots=1),
+        fleet("east", (3.24, LANE_M, 0.0), (EAST_M, LANE_M), robots=1),
+    ]
+    line = r"\$.fleet\[0\]: robot 1 must start >= 0.2\d+ m from every robot of fleet\[1\], got 0.24 m: nearer"
+    with pytest.raises(UsageError, match=line):
+        load_fleets(written(tmp_path, raw(*back_to_back, law=narrow, drive=fast)))
+    load_fleets(written(tmp_path, raw(*back_to_back, law=narrow)))  # at 0.5 m/s they may

@@ -221,7 +221,7 @@ def test_robots_that_start_too_near_to_each_other_to_move_beside_fast_obstacles_
 ) -> None:
     text = (ROOT / "launch" / "scenarios" / "pedestrian.toml").read_text(encoding="utf-8")
     fast = text.replace("[fleet]", "obstacle_speed_mps_max = 2.5\n\n[fleet]", 1)
-    with pytest.raises(UsageError, match=r"fleet.spacing_m: must be >= 0.338 m: .* 2.5 m/s.*got 0.3$"):
+    with pytest.raises(UsageError, match=r"fleet.spacing_m: must be >= 0.3385 m: .* 2.5 m/s.*got 0.3$"):
         _load(tmp_path, fast)
     assert _load(tmp_path, fast, law="printed").mission().robot_keep_m == pytest.approx(0.26), "no promise"
     assert _load(tmp_path, fast.replace("spacing_m = 0.3", "spacing_m = 0.34")).fleet.spacing_m == 0.34
