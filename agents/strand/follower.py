@@ -1,7 +1,8 @@
 """A follower: drives from vertex to vertex of the path ahead (16)-(17), as far as its authority.
 
 Rule 1: it drives to the next vertex or to its authority, whichever comes first, and by one order no further
-        than a scan reaches: `mu0` covers the drive error of such a length.
+        than a scan reaches: `mu0` covers the drive error of such a length. It drives on from a vertex when it
+        stands there: a scan from before a corner permits no way round it (`agents.body.watch`).
 Rule 2: before it enters a segment, it checks the segment against a scan of its own. Except for robots of the
         strand, nothing may be nearer than the leader's promise, minus twice the tolerance: one for the place
         of this robot, one for that of the leader.
@@ -68,7 +69,8 @@ class Follower:
             authority_m: the robot's authority.
             final: whether the authority will not grow any more.
         """
-        vertex = path.next_vertex(progress_m + THERE_M)
+        is_under_way = ordered_m > progress_m
+        vertex = path.next_vertex(progress_m if is_under_way else progress_m + THERE_M)
         if vertex == len(path):
             return None
         vertex_m = path[vertex].s_m

@@ -102,6 +102,16 @@ def test_a_follower_drives_neither_beyond_its_authority_nor_past_a_vertex(
         assert not any(progress_m + THERE_M < vertex_m < reach_m for vertex_m in vertices_m)
 
 
+def test_no_order_leads_round_a_corner_before_the_body_stands_there() -> None:
+    """Where obstacles move, a scan from before the corner would permit the straight way to beyond it."""
+    just_before_m = 3.0 - THERE_M / 2.0
+    under_way, standing = (
+        fresh().reach_m(bend(), progress_m=just_before_m, ordered_m=ordered_m, authority_m=5.0, final=False)
+        for ordered_m in (3.0, just_before_m)
+    )
+    assert (under_way, standing) == (None, 5.0)
+
+
 def test_a_follower_goes_no_further_by_one_order_than_a_scan_reaches() -> None:
     """S1: `mu0` covers the drive error of that length alone; a queue may be one long segment."""
     queue = Path([Point(x_m=0.0, y_m=0.0), Point(x_m=20.0, y_m=0.0)])
