@@ -9,6 +9,7 @@ from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import NO_FAULTS
 from protocol.frames import ROBOTS_MAX
+from protocol.law_files import look_in
 from protocol.network.faulty_transport import Conditions
 from protocol.run_settings import read_plan, read_settings
 
@@ -47,9 +48,10 @@ def _crews(arguments: argparse.Namespace) -> list[Crew]:
 
 
 def _conditions(run: Path | None) -> Conditions:
-    """The fault plan, seed and pace of the run; no faults without the run's folder."""
+    """The fault plan, seed and pace of the run, whose folder may have its law; no faults without it."""
     if run is None:
         return Conditions(NO_FAULTS, 1, 1.0)
+    look_in(run)
     settings = read_settings(run)
     return Conditions(read_plan(run), settings.seed, settings.speed or 1.0)
 
@@ -107,7 +109,7 @@ def _parse() -> argparse.Namespace:
         type=Path,
         action="append",
         metavar="DIR",
-        help="the run's folder, if it exists here: fault plan and pace",
+        help="the run's folder, if it exists here: law, fault plan and pace",
     )
     parser.add_argument(
         "--lifeline", action="store_true", help="end when stdin does, so that no launcher leaves us behind"

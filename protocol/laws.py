@@ -1,4 +1,4 @@
-"""The laws of this process by name: ours, those of installed packages, and those that Python code registers.
+"""The laws of this process by name: ours, those of packages and files, and those that Python code registers.
 
 Rule 1: nobody takes a name of ours, so `certified` is the same law everywhere.
 Rule 2: a law is loaded when it is looked up first, which shells do before a core starts.
@@ -6,9 +6,13 @@ Rule 2: a law is loaded when it is looked up first, which shells do before a cor
 
 import re
 import sys
+from collections.abc import Callable
+from functools import partial
 from importlib.metadata import EntryPoint, entry_points
+from inspect import signature
 from typing import Any
 
+from protocol import law_files
 from protocol.errors import UsageError
 from protocol.files.names import did_you_mean
 from protocol.mission import LAW_NAME
@@ -48,12 +52,15 @@ def check(name: str, *, in_processes: bool = False) -> None:
     Raises:
         UsageError: there is no such law.
     """
+    if law_files.is_of_file(name):
+        law_files.read(name)
+        return
     if name in OURS or (name in _registered and not in_processes) or entry_points(group=GROUP, name=name):
         return
     if name in _registered:
         raise UsageError(
             f"the law {name!r} is registered in this process alone; robots are processes of their own, "
-            f"which find it by an entry point of the group {GROUP}"
+            f"which find it by FILE.py:NAME or an entry point of the group {GROUP}"
         )
     known = names()
     refusal = f"must be one of {', '.join(known)}, got {name!r}{did_you_mean(name, known)}"
@@ -74,24 +81,40 @@ def find(name: str) -> Any:  # noqa: ANN401 - the robots' code knows the type
 
 
 def _load(name: str) -> Any:  # noqa: ANN401 - as of `find`
-    found = {OURS[name]} if name in OURS else {*entry_points(group=GROUP, name=name)}
-    values = sorted({each.value for each in found})
-    if not found:
-        try:
-            check(name)
-        except UsageError as error:
-            raise UsageError(f"the law {error}") from error
-    if len(values) > 1:
-        raise UsageError(f"the law {name!r} comes from several packages: {', '.join(values)}")
+    where, load = _source(name)
     try:
-        law = found.pop().load()
-    except Exception as error:  # whatever a user's module does when it is imported
+        law = load()
+    except (Exception, SystemExit) as error:  # whatever a user's module does when it is imported
         why = f"{type(error).__name__}: {error}"
-        raise UsageError(f"the law {name!r} cannot be loaded from {values[0]}: {why}") from error
+        raise UsageError(f"the law {name!r} cannot be loaded from {where}: {why}") from error
     return _called(name, law)
 
 
+def _source(name: str) -> tuple[str, Callable[[], Any]]:
+    """Where a law comes from, and what loads it."""
+    found = {OURS[name]} if name in OURS else {*entry_points(group=GROUP, name=name)}
+    try:
+        if law_files.is_of_file(name):
+            return str(law_files.read(name)[0]), partial(law_files.load, name)
+        if not found:
+            check(name)
+    except UsageError as error:
+        raise UsageError(f"the law {error}") from error
+    values = sorted({each.value for each in found})
+    if len(values) > 1:
+        raise UsageError(f"the law {name!r} comes from several packages: {', '.join(values)}")
+    return values[0], found.pop().load
+
+
 def _called(name: str, law: Any) -> Any:  # noqa: ANN401 - as of `find`
-    if not callable(law):
-        raise UsageError(f"the law {name!r} must be a function of what is seen, got {type(law).__name__}")
+    """The law, if it is of the right shape; what it answers is for the robot to check."""
+    what = f"the law {name!r} must be a function of what is seen"
+    if not callable(law) or isinstance(law, type):
+        raise UsageError(f"{what}, got {'a class' if isinstance(law, type) else type(law).__name__}")
+    try:
+        signature(law).bind(None)
+    except TypeError as error:
+        raise UsageError(f"{what}, got one of {signature(law)}: {error}") from error
+    except ValueError:
+        pass  # a function in C may have no signature
     return law

@@ -25,8 +25,9 @@ def start_wall_s(robots: int) -> float:
     return START_WALL_S + START_WALL_S_PER_ROBOT * robots
 
 
-LAW_NAME = r"^[a-z][a-z0-9_-]*$"
-LawName = Annotated[str, Meta(pattern=LAW_NAME, max_length=64)]
+LAW_NAME = r"[a-z][a-z0-9_-]*"
+LawName = Annotated[str, Meta(pattern=f"^({LAW_NAME}|[^:]+[.]py:[A-Za-z0-9_@]+)$", max_length=200)]
+"""A law of ours, of a package or of Python code; or one of a file (`protocol/law_files.py`)."""
 CERTIFIED = "certified"
 UNCERTIFIED = frozenset({"printed", "resultant"})
 """The paper's laws drive as the paper says, without a certificate; no other law can."""

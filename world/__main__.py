@@ -22,9 +22,9 @@ with loading():
     from world.judge.verdict import Verdict
     from world.life import Request
     from world.record.recorder import RecordingFailedError
-    from world.record.run_files import read_scenario, save_verdict
+    from world.record.run_files import save_verdict
     from world.scenario.fleets import load_fleets
-    from world.scenario.scenario import Scenario
+    from world.scenario.scenario import Scenario, load
     from world.shell import run
 
 STDIN = 0
@@ -54,7 +54,7 @@ def main() -> int:
 
 
 def _run_one(arguments: argparse.Namespace, private: Path, session: Session) -> Verdict:
-    scenario = read_scenario(arguments.run)
+    scenario = load(str(arguments.run / SCENARIO_FILE))
     return run([_request(arguments, arguments.run, private, session, scenario)])[0]
 
 

@@ -34,16 +34,16 @@ from protocol import laws
 from protocol.errors import UsageError
 from protocol.faults.manual_faults import EndRequest, FaultRequest, GoRequest, request_fault
 from protocol.faults.plan import Plan
-from protocol.faults.plan_text import plan_text
+from protocol.faults.plan_text import FAULTS_FILE, plan_text
 from protocol.faults.rules import Rule
-from protocol.files.toml_text import toml_text
 from protocol.files.writing import write_whole
 from protocol.plain import plain
 from protocol.root import IS_CHECKOUT, ROOT
+from protocol.run_settings import SCENARIO_FILE
 from protocol.timeline import PoseSampled
 from world.record.lines import Line
 from world.record.recorder import EVENTS_FILE
-from world.record.run_files import read_verdict
+from world.record.run_files import read_verdict, scenario_files
 from world.scenario.scenario import Scenario
 
 Speed = float | Literal["max"]
@@ -132,18 +132,18 @@ class LaunchedFleet(Fleet):
 
     def _start(self, plan: Plan) -> None:
         asked = self.asked
-        scenario, speed = toml_text(msgspec.to_builtins(asked.scenario)), str(self.speed)
+        speed = str(self.speed)
         with tempfile.TemporaryDirectory(prefix="clew-asked.") as folder:
-            files = {"scenario.toml": scenario, "plan.toml": plan_text(plan)}
+            files = {**scenario_files(asked.scenario), FAULTS_FILE: plan_text(plan).encode()}
             paths = {name: Path(folder) / name for name in files}
             for name, text in files.items():
-                write_whole(paths[name], text.encode())
+                write_whole(paths[name], text)
             options = ["--seed", str(asked.seed), "--speed", speed, "--out", str(asked.folder), "--quiet"]
             if self.speed == "max":
                 options += ["--held"]
             if plan.rules:
-                options += ["--faults", str(paths["plan.toml"])]
-            command = [sys.executable, "-m", "clew.cli", "run", str(paths["scenario.toml"]), *options]
+                options += ["--faults", str(paths[FAULTS_FILE])]
+            command = [sys.executable, "-m", "clew.cli", "run", str(paths[SCENARIO_FILE]), *options]
             self._launched = Launched(command, _environment())
             self._wait_for_start()
         if asked.folder.parent == RUNS.absolute():

@@ -9,6 +9,7 @@ Rule 3: `campaign.json` is written even if the user interrupts the campaign.
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from dataclasses import replace as replace_fields
 from hashlib import blake2b
 from pathlib import Path
 
@@ -36,6 +37,7 @@ from protocol.errors import UsageError
 from protocol.faults import plan as plans
 from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from protocol.files.writing import make_folder, open_private, write_whole
+from protocol.law_files import copies, is_of_file, named
 from protocol.root import ROOT
 
 EPISODES_FILE, CAMPAIGN_FILE, SCENES_FOLDER = "episodes.jsonl", "campaign.json", "scenes"
@@ -117,10 +119,14 @@ def run(
         UsageError: there is nothing to play, or the folder is not writable.
     """
     source_hash = hash_of_source()
+    law = request.law and named(request.law, Path())
+    request = replace_fields(request, law=law)
     try:
         episodes = _with_judges(_episodes(request, source_hash, warn), request.judge_every)
         if not request.out.is_dir():
             make_folder(request.out)  # a refused campaign leaves no folder
+        for name, text in copies(law or "").items():
+            write_whole(request.out / name, text)
         path = request.out / EPISODES_FILE
         judged = {episode.key: episode.judged for episode in episodes}
         done = {
@@ -190,12 +196,18 @@ def _episodes(request: Request, source_hash: str, warn: Callable[[str], None]) -
                 faults=request.faults,
                 robots=scene.robots,
                 robots_left_out=scene.robots_left_out,
-                law=request.law,
+                law=_law_kept(request),
                 deployment=request.deployment,
                 time_s_max=request.time_s_max,
                 widest_path_radius_m=scene.widest_path_radius_m,
                 wall_s_max=request.wall_s_max,
             )
+
+
+def _law_kept(request: Request) -> str | None:
+    """The law of all episodes, as a rehearsal takes it: of a file, it is that of the copy in our folder."""
+    law = request.law
+    return law if law is None or not is_of_file(law) else str(request.out / law)
 
 
 def _with_judges(episodes: Iterable[Episode], every: int) -> list[Episode]:

@@ -65,7 +65,8 @@ def drop_folder(folder: Path, made: Sequence[Path], latest: Path | None) -> None
     with contextlib.suppress(OSError):  # it holds other files, so it stays, with the folders above it
         fleets = [path for path in folder.iterdir() if (path / SETTINGS_FILE).is_file()]
         for path in (*fleets, folder):
-            for name in (SCENARIO_FILE, SETTINGS_FILE, FAULTS_FILE):
+            laws = [each.name for each in path.glob("*.py")]  # it was empty, so they are ours
+            for name in (SCENARIO_FILE, SETTINGS_FILE, FAULTS_FILE, *laws):
                 (path / name).unlink(missing_ok=True)
         for path in (*fleets, *made[:1]):
             path.rmdir()

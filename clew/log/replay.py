@@ -15,12 +15,13 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from agents.process.journal import SUFFIX, Decision, Input, Recording, decision, failure
+from agents.process.journal import SUFFIX, Decision, Head, Input, Recording, decision, failure
 from agents.robot import Robot
 from clew.log.replay_missing import Missing, missing, told
 from protocol.errors import UsageError
 from protocol.faults.manual_faults import is_running
 from protocol.keys import robot_name
+from protocol.law_files import look_in
 from protocol.laws import find
 from protocol.network.session import INPUTS
 from protocol.plain import plain
@@ -97,8 +98,7 @@ def replay(run: Path, robot: int | None = None) -> Replay:
 def replay_recording(recording: Recording, *, going_on: bool = False) -> Replayed:
     """Replay one journal up to the first difference; of a running fleet, up to now."""
     head = recording.head
-    find(head.mission.law)
-    core = Robot(head.robot, head.mission, life=head.life, again=head.again)
+    core = new_core(recording.path, head)
     compared, difference = 0, None
     for count, turn in enumerate(recording.turns(), start=1):
         if turn.decision is None:
@@ -118,6 +118,17 @@ def replay_recording(recording: Recording, *, going_on: bool = False) -> Replaye
         damaged=difference is None and recording.damaged,
         difference=difference,
     )
+
+
+def new_core(journal: Path, head: Head) -> Robot:
+    """The core with which a journal in a run's folder begins; that folder may have the file of its law.
+
+    Raises:
+        UsageError: its law is not here, or cannot be loaded.
+    """
+    look_in(journal.parent.parent)
+    find(head.mission.law)
+    return Robot(head.robot, head.mission, life=head.life, again=head.again)
 
 
 def decide(core: Robot, heard: Input) -> Decision:

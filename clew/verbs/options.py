@@ -14,6 +14,7 @@ from protocol import laws
 from protocol.errors import UsageError
 from protocol.files.names import did_you_mean
 from protocol.frames import ROBOTS_MAX
+from protocol.law_files import is_of_file, named
 from protocol.root import LAUNCH
 from protocol.run_settings import SEED_MAX, SPEED_MAX
 from world.scenario.sections import TIME_S_MAX
@@ -49,14 +50,16 @@ class FiniteRange(_OnlyFinite, click.FloatRange):
 
 
 class LawName(click.ParamType[str]):
-    """The name of a law of ours or of an installed package, which are looked for only then."""
+    """A law of ours, of an installed package or of a file. They are looked for only when one is named."""
 
     name = "law"
 
     def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """The name, if there is such a law."""
         try:
-            laws.check(value)
+            laws.check(name := named(value, Path()))
+            if is_of_file(name):
+                laws.find(name)
         except UsageError as error:
             self.fail(str(error), param, ctx)
         return value
@@ -138,7 +141,8 @@ AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON, for 
 LAW = click.option(
     "--law",
     type=LawName(),
-    help=f"Use this law instead of the scenario's: {', '.join(laws.OURS)}, or an installed one.",
+    help=f"Use this law instead of the scenario's: {', '.join(laws.OURS)}, "
+    "an installed one, or FILE.py:NAME.",
 )
 DEPLOYMENT = click.option(
     "--deployment",

@@ -18,8 +18,8 @@ from protocol.faults.plan import load as load_plan
 from protocol.faults.plan_text import FAULTS_FILE, plan_text
 from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from protocol.files.reading import understand
-from protocol.files.toml_text import toml_text
 from protocol.files.writing import write_whole
+from protocol.law_files import look_in
 
 if TYPE_CHECKING:
     from clew.campaign.failures import Case, Failure
@@ -91,6 +91,7 @@ def _run(run: Path) -> "tuple[Case, Failure | None]":
     from world.scenario.scenario import Scenario
 
     read = timeline.read(run)
+    look_in(run)
     header = read.header
     if header.speed is not None:
         raise UsageError(f"{run}: is a live run; only rehearsals can be shrunk")
@@ -163,10 +164,12 @@ def _next(folder: Path) -> Path:
 
 def _write(case: "Case", out: Path) -> str:
     """Write the case; returns the command line that replays it."""
+    from world.record.run_files import scenario_files
+
     try:
-        world = toml_text(msgspec.to_builtins(case.scenario))
-        write_whole(out / WORLD_FILE, world.encode())
-        write_whole(out / FAULTS_FILE, plan_text(case.plan).encode())
+        files = {**scenario_files(case.scenario, WORLD_FILE), FAULTS_FILE: plan_text(case.plan).encode()}
+        for name, text in files.items():
+            write_whole(out / name, text)
     except OSError as error:
         raise UsageError(f"cannot write into {out}: {error.strerror}") from error
     world_path, plan_path = str(out / WORLD_FILE), str(out / FAULTS_FILE)

@@ -18,7 +18,7 @@ FLOORS: dict[str, dict[str, int]] = {
     "protocol": {
         **dict.fromkeys(("arrays", "errors", "exit_codes", "frames", "keys", "plain", "root"), 0),
         **dict.fromkeys(("fence", "mission", "path", "sweep", "files/", "process/"), 1),
-        **dict.fromkeys(("laws", "legs"), 2),
+        **dict.fromkeys(("law_files", "laws", "legs"), 2),
         "timeline/": 2,
         "faults/": 3,
         "run_settings": 4,

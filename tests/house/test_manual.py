@@ -99,7 +99,7 @@ def test_every_field_has_its_default_or_is_marked_as_required() -> None:
     assert "| `epsilon_m` | number, m | > 0, at most 10000 | required | least clearance" in text
     assert "| `range_sigma_m` | number, m | 0 to 1e+06 | `0.0` | " in text
     assert "| `goal` | Goal |  | none | " in text
-    assert "| `law` | string | at most 64 characters, `^[a-z][a-z0-9_-]*$` | `certified` | " in text
+    assert "[.]py:[A-Za-z0-9_@]+)$` | `certified` | the rule that makes a switching step" in text
 
 
 def test_the_page_names_every_kind_of_entry_and_every_field() -> None:

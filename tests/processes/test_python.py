@@ -144,6 +144,17 @@ def test_an_installed_law_leads_a_live_fleet_elsewhere(elsewhere: Path) -> None:
     assert "OK: every living robot has arrived" in said
 
 
+def test_a_law_of_a_file_leads_a_live_fleet_whose_robots_start_again(tmp_path: Path) -> None:
+    law = f"{ROOT / 'docs' / 'examples' / 'roomy' / 'roomy.py'}:roomy"
+    with clew.launch("grove", robots=3, law=law, speed="max", out=tmp_path / "run") as fleet:
+        fleet.leader.restart(at="after_plan", step=2, after_s=0.5)
+        run = fleet.finish()
+    assert run.verdict is not None
+    assert (run.ok, run.verdict.robots_arrived) == (True, 3), run.verdict.reason
+    assert (tmp_path / "run" / "roomy.py").exists()
+    assert run.replay().ok
+
+
 def test_a_robot_without_the_law_refuses_the_mission_and_the_run_ends_with_that_reason(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

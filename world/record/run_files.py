@@ -12,14 +12,16 @@ from protocol.errors import UsageError
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.plan_text import FAULTS_FILE
 from protocol.files.opening import MADE_BYTES_MAX, read_bytes
+from protocol.files.reading import read, understand
 from protocol.files.toml_text import toml_text
 from protocol.files.writing import write_whole
+from protocol.law_files import copies
 from protocol.run_settings import SCENARIO_FILE, Settings, read_plan, texts
 from world.judge.together import TogetherVerdict
 from world.judge.verdict import VERDICT_FILE, Verdict
 from world.record.recorder import Header, RecordingFailedError
 from world.scenario.fleets import SharedGround
-from world.scenario.scenario import Scenario, load
+from world.scenario.scenario import Scenario
 
 BEGUN_FILE = "begun"
 """In the private folder of a live run: it has had a timeline. Only the timeline can say how it goes on."""
@@ -52,7 +54,7 @@ def prepare_folder(folder: Path, scenario: Scenario, plan: Plan, settings: Setti
     Raises:
         UsageError: it cannot be written.
     """
-    _write(folder, {SCENARIO_FILE: toml_text(msgspec.to_builtins(scenario)), **texts(settings, plan)})
+    _write(folder, scenario, texts(settings, plan))
 
 
 def prepare_together(folder: Path, shared: SharedGround, settings: Settings) -> None:
@@ -61,24 +63,35 @@ def prepare_together(folder: Path, shared: SharedGround, settings: Settings) -> 
     Raises:
         UsageError: it cannot be written.
     """
-    _write(folder, {SCENARIO_FILE: toml_text(msgspec.to_builtins(shared)), **texts(settings, NO_FAULTS)})
+    _write(folder, shared, texts(settings, NO_FAULTS))
 
 
-def _write(folder: Path, said: Mapping[str, str]) -> None:
+def scenario_files(scenario: Scenario | SharedGround, name: str = SCENARIO_FILE) -> dict[str, bytes]:
+    """A file that loads as this scenario, and the file of its law, which must lie beside it.
+
+    Raises:
+        UsageError: the file of the law is not here any more.
+    """
+    return {name: toml_text(msgspec.to_builtins(scenario)).encode(), **copies(scenario.law.law)}
+
+
+def _write(folder: Path, scenario: Scenario | SharedGround, more: Mapping[str, str]) -> None:
+    files = {**scenario_files(scenario), **{name: text.encode() for name, text in more.items()}}
     try:
-        for name, text in said.items():
-            write_whole(folder / name, text.encode())
+        for name, text in files.items():
+            write_whole(folder / name, text)
     except OSError as error:
         raise UsageError(f"cannot write into {folder}: {error.strerror}") from error
 
 
 def read_scenario(folder: Path) -> Scenario:
-    """Read the scenario of the run in this folder.
+    """Read the scenario of the run in this folder, whose law need not be here.
 
     Raises:
         UsageError: the file is missing or invalid.
     """
-    return load(str(folder / SCENARIO_FILE))
+    path = folder / SCENARIO_FILE
+    return understand(read(path, str(path)), Scenario, str(path))
 
 
 def check_unchanged(folder: Path, header: Header) -> None:

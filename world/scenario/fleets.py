@@ -10,6 +10,7 @@ Rule 4: robots of two fleets start so far apart that each may move, whatever the
 from collections.abc import Iterator
 from itertools import combinations
 from math import dist
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -25,7 +26,7 @@ from world.chance import stream
 from world.geometry.moving import Moving, top_speed_mps
 from world.geometry.shapes import Circle, Shape
 from world.scenario.budget import sure_range_m
-from world.scenario.reading import find
+from world.scenario.reading import find, name_law
 from world.scenario.scenario import Scenario
 from world.scenario.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
 
@@ -192,11 +193,13 @@ def load_fleets(
     Raises:
         UsageError: it is invalid; one line says why.
     """
-    raw = read(find(name_or_path), name_or_path)
+    path = find(name_or_path)
+    raw = read(path, name_or_path)
     for section, key, value in (("law", "law", law), ("time", "time_s_max", time_s_max)):
         _put(raw.get(section), key, value)
     for each in raw.get("fleet", ()):
         _put(each, "robots", robots)
+    name_law(raw, path.parent if law is None else Path(), name_or_path)
     shared = understand(raw, SharedGround, name_or_path)
     try:
         shared.scenarios()

@@ -1,9 +1,12 @@
-"""Finds the file of a scenario."""
+"""Finds the file of a scenario, and the law that it names."""
 
 from pathlib import Path
+from typing import Any
 
+from protocol import laws
 from protocol.errors import UsageError
 from protocol.files.names import did_you_mean
+from protocol.law_files import named
 from protocol.root import LAUNCH
 
 SCENARIOS = LAUNCH / "scenarios"
@@ -22,3 +25,19 @@ def find(name_or_path: str) -> Path:
             f"{did_you_mean(name_or_path, known)}"
         )
     return known[name_or_path]
+
+
+def name_law(raw: dict[str, Any], folder: Path, source: str) -> None:
+    """Put the whole name of the law into a scenario; the path of a law's file is from this folder.
+
+    Raises:
+        UsageError: the law is not here; a log of a run under it can be read nevertheless.
+    """
+    section = raw.get("law")
+    if not isinstance(section, dict) or not isinstance(said := section.get("law"), str):
+        return
+    try:
+        section["law"] = named(said, folder)
+        laws.check(section["law"])
+    except UsageError as error:
+        raise UsageError(f"{source}: $.law.law: {error}") from error

@@ -6,12 +6,12 @@ Rule 2: the timeline's header contains the whole scenario; read from there it is
 
 from functools import cached_property
 from hashlib import blake2b
+from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
 from msgspec import Meta, Struct, field
 
-from protocol import laws
 from protocol.errors import UsageError
 from protocol.files.reading import read, understand
 from protocol.frames import Length, Point, Speed
@@ -24,7 +24,7 @@ from world.scenario import checks, scene
 from world.scenario.budget import NOISE_SIGMAS, Budget, budget, revolutions, sure_range_m
 from world.scenario.corners import sharpest_corner_rad
 from world.scenario.deployment import deployed, is_undeployed
-from world.scenario.reading import find
+from world.scenario.reading import find, name_law
 from world.scenario.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
 
 Positions = Annotated[int, Meta(ge=1, le=2**53)]  # 2**53: JSON readers keep integers exact up to here
@@ -229,20 +229,11 @@ def load(
     try:
         if deployment is not None or is_undeployed(raw):
             raw = deployed(raw, seed=seed, source=name_or_path)
-        scenario = understand(raw, Scenario, name_or_path)
-        _check_law(scenario.law.law, name_or_path)
-        return scenario
+        name_law(raw, path.parent if law is None else Path(), name_or_path)
+        return understand(raw, Scenario, name_or_path)
     except UsageError as error:
         line = scene.in_own_words(str(error), said) if path.suffix == ".json" else str(error)
         raise UsageError(f"{line} ({', '.join(changes)})" if changes else line) from error
-
-
-def _check_law(law: str, source: str) -> None:
-    """Refuse a law that is not here; a log of a run under it can be read nevertheless."""
-    try:
-        laws.check(law)
-    except UsageError as error:
-        raise UsageError(f"{source}: $.law.law: {error}") from error
 
 
 def _override(raw: dict[str, Any], *options: tuple[str, str, str, str | float | None]) -> list[str]:

@@ -68,7 +68,7 @@ class LawSection(_Section, frozen=True, kw_only=True):
         LawName,
         Meta(
             description="the rule that makes a switching step from a scan: `certified`, `printed`, "
-            "`resultant` or one of an installed package; `--law` overrides it"
+            "`resultant`, one of an installed package, or `FILE.py:NAME`; `--law` overrides it"
         ),
     ] = CERTIFIED
     epsilon_m: Annotated[SomeMetres, Meta(description="m, least clearance from hull to obstacle")]

@@ -16,7 +16,7 @@ from agents.process.journal import SUFFIX, Decision, Head, Input, Recording
 from agents.robot import Robot
 from clew.log.journals.condition import Condition
 from clew.log.journals.state import NAMES, CoreState, state_of
-from clew.log.replay import decide
+from clew.log.replay import decide, new_core
 from clew.log.replay_missing import missing, told
 from protocol.errors import UsageError
 from protocol.keys import robot_name
@@ -114,7 +114,7 @@ def _recordings(run: Path, robot: int | None) -> Sequence[Recording]:
 def _stops(recording: Recording, until_s: float | None) -> Iterator[Stop]:
     """The core after each input up to then."""
     head, differs = recording.head, None
-    core = Robot(head.robot, head.mission, life=head.life, again=head.again)
+    core = new_core(recording.path, head)
     for count, turn in enumerate(recording.turns(), start=1):
         if until_s is not None and turn.input.now_s > until_s:
             return

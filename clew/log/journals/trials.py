@@ -19,7 +19,7 @@ from agents.commands import Command
 from agents.events import Event, LinkHeard, OdometryHeard, TokensSeen, ViewHeard
 from agents.robot import Robot
 from clew.log.journals.process import Process, message_in
-from clew.log.replay import decide
+from clew.log.replay import decide, new_core
 from protocol.errors import UsageError
 from protocol.wire.codec import packed
 
@@ -49,13 +49,13 @@ class Trials:
     """Replays of one process.
 
     Raises:
-        UsageError: this version of the core does not decide as recorded.
+        UsageError: this version of the core does not decide as recorded, or its law is not here.
     """
 
     def __init__(self, process: Process) -> None:
-        self._turns, self._head = process.turns, process.head
+        self._turns = process.turns
         self._cores: dict[int, Robot] = {}
-        core = Robot(process.robot, self._head.mission, life=self._head.life, again=self._head.again)
+        core = new_core(process.path, process.head)
         for index, turn in enumerate(self._turns):
             if index % STRIDE == 0:
                 self._cores[index] = copy.deepcopy(core)

@@ -1,5 +1,6 @@
 """Laws of users, rehearsed: they keep the clearance whatever they propose, and the run can be repeated."""
 
+import shutil
 import sys
 from pathlib import Path
 
@@ -8,10 +9,14 @@ import pytest
 
 import clew
 from clew.api.launched import LaunchedFleet
-from protocol import laws
+from clew.log.journals import stop
+from protocol import law_files, laws
 from protocol.root import ROOT
+from tests.support.campaigns import clew as verb
 from tests.support.installed import install
 from tests.support.judges import differences, found_in
+from world.scenario.reading import SCENARIOS
+from world.scenario.scenario import load
 
 ROOMY = ROOT / "docs" / "examples" / "roomy"
 
@@ -105,10 +110,82 @@ def test_a_log_under_a_law_that_is_not_here_can_be_read_but_not_replayed(
     monkeypatch.setattr(laws, "_registered", {})
     run = clew.open(tmp_path / "run")
     assert run.check().ok
+    assert verb("log", "check", run.folder).exit_code == 0
     assert run.scenario.law.law == "mine"
     with pytest.raises(clew.UsageError, match=r"^the law must be one of certified, .*, got 'mine'"):
         run.replay()
     with pytest.raises(clew.UsageError, match=r"scenario.toml: \$\.law\.law: must be one of certified"):
+        clew.rehearse(str(tmp_path / "run" / "scenario.toml"))
+
+
+LAW_FILE = """
+import clew
+
+def onward(seen: clew.Seen) -> clew.Step:
+    if seen.steps == 3:
+        raise ValueError("three steps are enough")
+    return seen.step_to(seen.goal)
+"""
+
+
+@pytest.fixture
+def _has_law_file(tmp_path: Path) -> None:
+    (tmp_path / "laws").mkdir()
+    (tmp_path / "laws" / "mylaw.py").write_text(LAW_FILE)
+
+
+@pytest.mark.usefixtures("_has_law_file")
+def test_a_run_under_a_law_of_a_file_has_the_file_and_is_played_again_from_its_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = clew.rehearse("grove", robots=2, law="laws/mylaw.py:onward", out=tmp_path / "run")
+    law = run.scenario.law.law
+    assert law.startswith("mylaw.py:onward@")
+    assert {entry.law for entry in run.entries("step.planned")} == {law}
+    shutil.move(tmp_path / "run", tmp_path / "moved")
+    shutil.rmtree(tmp_path / "laws")
+    assert (tmp_path / "moved" / "mylaw.py").read_text() == LAW_FILE
+    monkeypatch.setattr(law_files, "_folders", {})
+    monkeypatch.setattr(laws, "_loaded", {})
+    assert clew.open(tmp_path / "moved").replay().ok
+    again = clew.rehearse(str(tmp_path / "moved" / "scenario.toml"), out=tmp_path / "again")
+    texts = [(tmp_path / name / "events.jsonl").read_bytes() for name in ("moved", "again")]
+    assert texts[0] == texts[1]
+    assert again.replay().ok
+
+
+@pytest.mark.usefixtures("_has_law_file")
+def test_a_law_that_a_scenario_names_is_looked_for_beside_it_and_one_that_is_asked_for_where_we_are(
+    tmp_path: Path,
+) -> None:
+    scenario = (SCENARIOS / "grove.toml").read_text().replace('"certified"', '"mylaw.py:onward"')
+    path = tmp_path / "laws" / "own.toml"
+    path.write_text(scenario)
+    assert load(str(path)).law.law.startswith("mylaw.py:onward@")
+    with pytest.raises(clew.UsageError, match=r"\$\.law\.law: mylaw\.py: cannot be read: No such file"):
+        load(str(path), law="mylaw.py:onward")
+    path.write_text(scenario.replace("mylaw.py:", "mylaw."))
+    with pytest.raises(clew.UsageError, match=r"own\.toml: \$\.law\.law: must be a name, or FILE\.py:NAME"):
+        load(str(path))
+
+
+@pytest.mark.usefixtures("_has_law_file")
+def test_a_run_whose_law_was_changed_since_is_read_but_not_replayed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = clew.rehearse("grove", robots=2, law="laws/mylaw.py:onward", out=tmp_path / "run")
+    (tmp_path / "run" / "mylaw.py").write_text("")
+    monkeypatch.setattr(law_files, "_folders", {})
+    monkeypatch.setattr(laws, "_loaded", {})
+    assert run.check().ok
+    assert verb("log", "check", run.folder).exit_code == 0
+    seen = verb("log", "why", run.folder, "r1:6")
+    assert (seen.exit_code, seen.stderr.count("\n")) == (2, 1)
+    assert "its file is not here, or was changed" in seen.stderr
+    for refused in (run.replay, lambda: stop.moments(run.folder, until_s=1.0, robot=1)):
+        with pytest.raises(clew.UsageError, match="its file is not here, or was changed"):
+            refused()
+    with pytest.raises(clew.UsageError, match="the file was changed; its law is"):
         clew.rehearse(str(tmp_path / "run" / "scenario.toml"))
 
 

@@ -67,8 +67,10 @@ def test_a_plan_is_reduced_to_the_one_rule_that_triggers_the_planted_bug(tmp_pat
 @pytest.mark.usefixtures("planted")
 def test_the_printed_line_replays_the_failure_with_the_written_plan(tmp_path: Path) -> None:
     (tmp_path / "much.toml").write_text(plan_text(PLAN), encoding="utf-8")
-    run, field = tmp_path / "run", scene(tmp_path / "small.json")
-    clew("rehearse", field, "-n", "3", "--faults", tmp_path / "much.toml", "--out", run)
+    (tmp_path / "mylaw.py").write_text("def mine(seen): return seen.step_to(seen.goal)")
+    run, field, law = tmp_path / "run", scene(tmp_path / "small.json"), f"{tmp_path}/mylaw.py:mine"
+    clew("rehearse", field, "-n", "3", "--law", law, "--faults", tmp_path / "much.toml", "--out", run)
+    (tmp_path / "mylaw.py").unlink()
     shrunk = clew("shrink", run)
     assert shrunk.exit_code == 0, shrunk.output
     line = shlex.split(shrunk.stdout.splitlines()[-1])
@@ -76,6 +78,7 @@ def test_the_printed_line_replays_the_failure_with_the_written_plan(tmp_path: Pa
     assert len(load(line[line.index("--faults") + 1]).rules) == 1
     again = clew(*line[1:], "--out", tmp_path / "again")
     assert "planted" in again.stdout + again.stderr
+    assert (tmp_path / "again" / "mylaw.py").exists()
 
 
 def test_a_run_that_does_not_fail_or_has_no_plan_is_not_shrunk(tmp_path: Path) -> None:

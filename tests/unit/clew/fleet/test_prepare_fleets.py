@@ -77,8 +77,10 @@ def test_a_plan_that_strikes_what_the_fleets_share_is_refused(private: Path, tar
         made(private, "--faults", "plan.toml")
 
 
-def test_a_run_that_never_began_leaves_no_folder(private: Path) -> None:
-    run = made(private)
+def test_a_run_that_never_began_leaves_no_folder_and_no_law(private: Path) -> None:
+    (private.parent / "mylaw.py").write_text("def mine(seen): ...")
+    run = made(private, "--law", "mylaw.py:mine")
+    assert {path.parent.name for path in run.folder.rglob("mylaw.py")} == {"run", "east", "west"}
     drop_folder(run.folder, run.made, run.latest)
     assert not run.folder.exists()
 

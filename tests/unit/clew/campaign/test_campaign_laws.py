@@ -1,0 +1,47 @@
+"""Campaigns under a law of a file: all episodes have the same one, which is kept with them."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import Result
+
+from tests.support.campaigns import clew, scene
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a scene and a law."""
+    monkeypatch.chdir(tmp_path)
+    scene(tmp_path / "one.json")
+    (tmp_path / "mylaw.py").write_text("def mine(seen): return seen.step_to(seen.goal)")
+    return tmp_path
+
+
+def campaign(law: str) -> Result:
+    return clew("campaign", "one.json", "-n", "1", "--jobs", "1", "--law", law, "--out", "out")
+
+
+def told(here: Path) -> dict[str, Any]:
+    said: dict[str, Any] = json.loads((here / "out" / "campaign.json").read_text())
+    return said
+
+
+def test_episodes_have_the_law_as_it_was_and_are_played_again_when_its_file_has_changed(here: Path) -> None:
+    assert campaign("mylaw.py:mine").exit_code == 0
+    name, (first,) = told(here)["law"], told(here)["episodes"]
+    assert name.startswith("mylaw.py:mine@")
+    (here / "mylaw.py").write_text("def mine(seen): return 'never'")
+    assert f"--law out/{name} " in first["replay"]
+    again = json.loads(clew(*first["replay"].split()[1:], "--json").stdout)
+    assert (again["law"], again["sim_s"]) == (name, first["sim_s"])
+    assert campaign("mylaw.py:mine").exit_code == 1
+    assert "never" in told(here)["episodes"][0]["reason"]
+
+
+@pytest.mark.parametrize("law", ["none.py:mine", "mylaw.py:mien", "mylaw.py"])
+def test_a_law_that_is_not_in_its_file_is_refused_before_anything_is_played(here: Path, law: str) -> None:
+    refused = campaign(law)
+    assert (refused.exit_code, refused.stderr.count("\n")) == (2, 1)
+    assert not (here / "out").exists()
