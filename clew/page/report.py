@@ -6,7 +6,7 @@ from clew.log.uncollected import uncollected
 from clew.page.document import document, is_document
 from clew.page.telling import Telling
 from protocol.errors import UsageError
-from protocol.files.writing import write_whole
+from protocol.files.writing import make_folder, write_whole
 
 REPORT_FILE = "report.html"
 
@@ -28,6 +28,8 @@ def write_report(run: Path, out: Path | None = None) -> tuple[Path, tuple[str, .
     with uncollected():
         page = document([telling.batches()])
     try:
+        if not path.parent.is_dir():
+            make_folder(path.parent)
         write_whole(path, page.encode())
     except OSError as error:
         raise UsageError(f"cannot write {path}: {error.strerror}") from error

@@ -58,9 +58,10 @@ def test_the_report_is_written_beside_the_log_and_its_path_is_printed(copy: Path
     assert "flaws" not in batch
 
 
-def test_the_report_is_written_to_the_given_path(copy: Path, tmp_path: Path) -> None:
-    said = report(copy / EVENTS_FILE, "--out", tmp_path / "here.html")
-    assert said.stdout == f"{tmp_path / 'here.html'}\n"
+def test_the_report_is_written_to_the_given_path_with_its_folders(copy: Path, tmp_path: Path) -> None:
+    path = tmp_path / "new" / "folder" / "why.html"
+    assert report(copy / EVENTS_FILE, "--out", path).stdout == f"{path}\n"
+    assert path.is_file()
     assert not (copy / "report.html").exists()
 
 
@@ -159,7 +160,8 @@ def test_a_missing_run_makes_no_page(tmp_path: Path) -> None:
 
 
 def test_a_page_that_cannot_be_written_is_refused(copy: Path, tmp_path: Path) -> None:
-    said = report(copy, "--out", tmp_path / "no" / "such" / "folder.html")
+    (tmp_path / "file").touch()
+    said = report(copy, "--out", tmp_path / "file" / "page.html")
     assert said.exit_code == 2
     assert "cannot write" in said.stderr
 
