@@ -10,7 +10,7 @@ import json
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -73,6 +73,8 @@ class Truth:
     """How far apart two bodies may be that drive on one path."""
     speed_mps_max: float
     """Faster than this no body drives."""
+    otherwise: tuple[str, ...] = ()
+    """In what the scene that was given contradicts the header: it may be that of another run."""
 
 
 def read(lines: Iterable[bytes], scene: Mapping[str, Any] | None = None) -> Truth:
@@ -100,7 +102,12 @@ def read(lines: Iterable[bytes], scene: Mapping[str, Any] | None = None) -> Trut
         if scene is not None and str(scene.get("schema")).startswith("clew-scene/"):
             scene = _as_scenario(scene)
         said = header["scenario"]
-        return _truth({**said, **(scene or {})}, said["law"]["law"], poses, struck)
+        truth = _truth(said, said["law"]["law"], poses, struck)
+        if scene is None:
+            return truth
+        given = _truth({**said, **scene}, said["law"]["law"], poses, struck)
+        before, now = _asked(truth), _asked(given)
+        return replace(given, otherwise=tuple(name for name in now if now[name] != before[name]))
     except (AttributeError, LookupError, TypeError, ValueError, shapely.errors.ShapelyError) as error:
         raise UnreadableError(f"run or scene cannot be read: {type(error).__name__}: {error}") from error
 
@@ -137,6 +144,23 @@ def _truth(raw: Mapping[str, Any], law: str, poses: Mapping[int, list[Row]], str
         drift_m=DRIFT * mu0_m,
         speed_mps_max=raw["drive"]["speed_mps_max"],
     )
+
+
+def _asked(truth: Truth) -> dict[str, object]:
+    """The ground and what has to hold on it, without poses, to compare; names of obstacles do not count."""
+    return {
+        "obstacles": sorted(map(_written, truth.obstacles)),
+        "moving obstacles": sorted(map(_written, truth.movers)),
+        "bounds": truth.bounds and [round(each_m, 9) for each_m in truth.bounds],
+        "goal": truth.goal_m and [round(each_m, 9) for each_m in (*truth.goal_m, truth.goal_m_max)],
+        "radius of robots": {round(each.hull_m, 9) for each in truth.robots.values()},
+        "distances to keep": (round(truth.clearance_m, 9), round(truth.separation_m, 9)),
+    }
+
+
+def _written(solid: Solid) -> str:
+    shape = shapely.to_wkt(shapely.normalize(solid.shape), rounding_precision=9)
+    return f"{shape} {solid.radius_m:.9f} {solid.track.round(9).tolist()}"
 
 
 def _moment_m(raw: Mapping[str, Any]) -> float:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from clew.verbs.options import AS_JSON
-from clew.verbs.say import say, say_json
+from clew.verbs.say import say, say_json, warn
 from protocol.errors import UsageError
 
 if TYPE_CHECKING:
@@ -22,8 +22,9 @@ def judge_verb(ctx: click.Context, run: Path, scene: Path | None, *, as_json: bo
     """Judge a run a second time, by true poses and the scene alone.
 
     RUN is the folder of a run, or its events.jsonl; SCENE a scenario (a name or a file) or a
-    scene, instead of the scenario in the run's header. This judge shares no code with the world's and uses no
-    entry of a robot. It prints the least distances with their times, and where each robot stands at the end.
+    scene, instead of the scenario in the run's header; stderr says in what it differs from that one. This
+    judge shares no code with the world's and uses no entry of a robot. It prints the least distances with
+    their times, and where each robot stands at the end.
     The folder of a run with several fleets has one for each: all are judged, and the distances between them.
 
     Exits with 1 when a promise was broken, the fleet did not arrive, or verdict.json says otherwise.
@@ -44,6 +45,9 @@ def _judge_one(run: Path, scene: Path | None, *, as_json: bool) -> bool:
     from clew.verbs.judged import judged
 
     one = judged(run, scene)
+    if one.truth.otherwise:
+        differs = ", ".join(one.truth.otherwise)
+        warn(f"{scene}: is not the scenario of this run: other {differs}; the judgement is by {scene}")
     if as_json:
         say_json(one.said())
     else:

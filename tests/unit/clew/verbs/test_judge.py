@@ -52,11 +52,23 @@ def test_another_scene_is_judged_instead_of_that_in_the_header(tmp_path: Path, r
     assert said.exit_code == 1
     assert "S1 (clearance): robot 1 and obstacle 1: 0.0200 m at t=2.00 s, required 0.0450 m" in said.stdout
     assert said.stdout.endswith("FAILED: promises broken, arrived; there is no verdict\n")
+    differs = "other obstacles, bounds, goal, distances to keep"
+    assert said.stderr == f"{path}: is not the scenario of this run: {differs}; the judgement is by {path}\n"
+
+
+def test_the_scenario_of_the_run_itself_is_no_other_one(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    clew("rehearse", "door", "-n", "2", "--out", run)
+    for scene in ("door", run / "scenario.toml"):
+        said = clew("judge", run, scene)
+        assert (said.exit_code, said.stderr, said.stdout) == (0, "", clew("judge", run).stdout)
+    assert "other obstacles, bounds, goal; " in clew("judge", run, "grove").stderr
 
 
 def test_a_scene_may_be_a_scenarios_name(run: Path) -> None:
     said, again = clew("judge", run, "grove"), clew("judge", run, SCENARIOS / "grove.toml")
-    assert (said.stderr, said.stdout) == ("", again.stdout)
+    assert "is not the scenario of this run" in said.stderr
+    assert said.stdout == again.stdout
 
 
 def test_json_has_the_same(run: Path) -> None:
