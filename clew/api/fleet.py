@@ -226,6 +226,8 @@ class Fleet(ABC):
         Raises:
             UsageError: it does not fit the fleet, has no effect, or cannot be given any more.
         """
+        if not isinstance(rule, Rule):
+            raise UsageError(f"inject: must be a rule, such as clew.drop(p=0.3), got {rule!r}")
         self._count += 1
         if self._count in self.asked.without:
             return Given(self, "")

@@ -16,10 +16,10 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import msgspec
 from msgspec import structs
@@ -58,15 +58,16 @@ SAID_LINES = 3  # of stderr: the refusal is the last
 
 
 def launch(
-    scenario: str | Scenario = "grove",
+    scenario: str | Path | Scenario = "grove",
     *,
     robots: int | None = None,
     seed: int = 1,
+    law: str | None = None,
+    deployment: str | None = None,
     speed: Speed = 1.0,
-    faults: Sequence[Rule] = (),
+    faults: Iterable[Rule] = (),
     out: Path | str | None = None,
     stage: Literal["live", "rehearsal"] = "live",
-    **scenario_options: Any,  # noqa: ANN401 - `law` and `deployment`, as `rehearse` takes them
 ) -> Fleet:
     """A fleet to wait for and to break, which begins at the first wait; `with` ends it.
 
@@ -82,16 +83,21 @@ def launch(
         scenario: as of `rehearse`, like all others but two.
         robots: likewise.
         seed: likewise.
+        law: likewise.
+        deployment: likewise.
         speed: of live fleets, times real time; `max`: as fast as the robots answer.
         faults: likewise.
         out: likewise.
         stage: `live`, real processes; or `rehearsal`, virtual time, which passes only in waits.
-        scenario_options: likewise.
 
     Raises:
         UsageError: it cannot run as asked.
     """
-    asked = asked_of(scenario, robots=robots, seed=seed, faults=faults, out=out, **scenario_options)
+    if stage not in ("live", "rehearsal"):
+        raise UsageError(f"stage: must be live or rehearsal, got {stage!r}")
+    asked = asked_of(
+        scenario, robots=robots, seed=seed, law=law, deployment=deployment, faults=faults, out=out
+    )
     return RehearsedFleet(asked) if stage == "rehearsal" else LaunchedFleet(asked, speed)
 
 

@@ -1,10 +1,10 @@
 """A fleet in virtual time, in this process: the same seed and calls give the same run, to the byte."""
 
 import secrets
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from datetime import UTC, datetime
+from operator import index
 from pathlib import Path
-from typing import Any
 
 import msgspec
 from msgspec.structs import replace
@@ -19,19 +19,21 @@ from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Rule
 from protocol.files.reading import understand
+from protocol.run_settings import Settings
 from world.faults import RunFaults
 from world.record.lines import Line
 from world.scenario.scenario import Scenario, load
 
 
 def rehearse(
-    scenario: str | Scenario = "grove",
+    scenario: str | Path | Scenario = "grove",
     *,
     robots: int | None = None,
     seed: int = 1,
-    faults: Sequence[Rule] = (),
+    law: str | None = None,
+    deployment: str | None = None,
+    faults: Iterable[Rule] = (),
     out: Path | str | None = None,
-    **scenario_options: Any,  # noqa: ANN401 - `law` and `deployment`, as `load` takes them
 ) -> Run:
     """Rehearse a fleet to its end, as `clew rehearse` does; returns the run.
 
@@ -43,24 +45,27 @@ def rehearse(
         scenario: a name in `launch/scenarios/`, a file, or a scenario.
         robots: how many, instead of the scenario's.
         seed: decides every random draw.
+        law: its name, or `FILE.py:NAME`, instead of the scenario's.
+        deployment: `random`, instead of the scenario's places.
         faults: what goes wrong, as `clew.drop("ahead", p=0.3)`.
         out: the run's folder, new or empty; default: a new one in `runs/`.
-        scenario_options: `law` and `deployment`, as the options of `clew rehearse`.
 
     Raises:
         UsageError: it cannot be rehearsed as asked.
     """
-    asked = asked_of(scenario, robots=robots, seed=seed, faults=faults, out=out, **scenario_options)
+    asked = asked_of(
+        scenario, robots=robots, seed=seed, law=law, deployment=deployment, faults=faults, out=out
+    )
     with RehearsedFleet(asked) as fleet:
         return fleet.finish()
 
 
 def asked_of(
-    scenario: str | Scenario,
+    scenario: str | Path | Scenario,
     *,
     robots: int | None,
     seed: int,
-    faults: Sequence[Rule],
+    faults: Iterable[Rule],
     out: Path | str | None,
     law: str | None = None,
     deployment: str | None = None,
@@ -68,10 +73,16 @@ def asked_of(
     """What was asked for, with the run's folder, which is made when the fleet begins.
 
     Raises:
-        UsageError: there is no such scenario, or the options do not fit it.
+        UsageError: there is no such scenario, or the arguments do not fit it.
     """
-    if isinstance(scenario, str):
-        scenario = load(scenario, robots=robots, law=law, deployment=deployment, seed=seed)
+    if callable(law):
+        raise UsageError("law: must be a name; clew.register_law gives one to a function")
+    settings = understand({"seed": _integer("seed", seed)}, Settings, "clew")
+    robots = None if robots is None else _integer("robots", robots)
+    if isinstance(scenario, str | Path):
+        scenario = load(str(scenario), robots=robots, law=law, deployment=deployment, seed=settings.seed)
+    elif not isinstance(scenario, Scenario):
+        raise UsageError(f"scenario: must be a name, a file or a scenario, got {scenario!r}")
     elif law is not None or deployment is not None:
         raise UsageError("law and deployment are for scenarios that are given by their names")
     elif robots is not None:
@@ -79,7 +90,23 @@ def asked_of(
         raw["fleet"]["robots"] = robots
         scenario = understand(raw, Scenario, scenario.name)
     folder = Path(out) if out is not None else _new_folder(scenario)
-    return Asked(scenario=scenario, seed=seed, folder=folder, rules=tuple(faults))
+    return Asked(scenario=scenario, seed=settings.seed, folder=folder, rules=_rules(faults))
+
+
+def _rules(faults: object) -> tuple[Rule, ...]:
+    given = tuple(faults) if isinstance(faults, Iterable) else (faults,)
+    for each in given:
+        if not isinstance(each, Rule):
+            raise UsageError(f"faults: must be a list of rules, such as clew.drop(p=0.3), got {faults!r}")
+    return given
+
+
+def _integer(name: str, value: object) -> int:
+    """Any integer, such as one of numpy."""
+    try:
+        return index(value)  # type: ignore[arg-type] # it raises for what is none
+    except TypeError as error:
+        raise UsageError(f"{name}: must be an integer, got {value!r}") from error
 
 
 def _new_folder(scenario: Scenario) -> Path:

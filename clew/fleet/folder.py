@@ -35,7 +35,7 @@ def make_folder(folder: Path) -> list[Path]:
         if missing:
             make_private(folder)
         if any(folder.iterdir()):
-            raise UsageError(f"--out {folder}: it is not empty, and a run never writes into another's folder")
+            raise UsageError(f"{folder}: it is not empty, and a run never writes into another's folder")
         _claim(folder)
     except OSError as error:
         for path in missing:
@@ -50,7 +50,7 @@ def _claim(folder: Path) -> None:
     try:
         open_private(folder / SETTINGS_FILE, "x").close()
     except FileExistsError as error:
-        raise UsageError(f"--out {folder}: another fleet begins there") from error
+        raise UsageError(f"{folder}: another fleet begins there") from error
 
 
 def make_latest(folder: Path) -> None:

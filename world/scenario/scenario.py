@@ -221,10 +221,10 @@ def load(
         raise UsageError(f"{name_or_path}: has several fleets; only `clew run` and `clew rehearse` take them")
     changes = _override(
         raw,
-        ("-n", "fleet", "robots", robots),
-        ("--law", "law", "law", law),
-        ("--deployment", "fleet", "deployment", deployment),
-        ("--time-s-max", "time", "time_s_max", time_s_max),
+        ("fleet", "robots", robots),
+        ("law", "law", law),
+        ("fleet", "deployment", deployment),
+        ("time", "time_s_max", time_s_max),
     )
     try:
         if deployment is not None or is_undeployed(raw):
@@ -236,13 +236,13 @@ def load(
         raise UsageError(f"{line} ({', '.join(changes)})" if changes else line) from error
 
 
-def _override(raw: dict[str, Any], *options: tuple[str, str, str, str | float | None]) -> list[str]:
-    """Apply options of the command line (option, section, field, value); returns the changes as text."""
+def _override(raw: dict[str, Any], *asked: tuple[str, str, str | float | None]) -> list[str]:
+    """Put what was asked for (section, field, value) into a scenario; returns the changes as text."""
     changes = []
-    for option, section, key, value in options:
+    for section, key, value in asked:
         if value is not None and isinstance(raw.get(section), dict):
-            instead = f" instead of its {key} = {raw[section][key]}" if key in raw[section] else ""
-            changes.append(f"{option} {value}{instead}")
+            instead = f" instead of {raw[section][key]}" if key in raw[section] else ""
+            changes.append(f"{key} = {value}{instead}")
             raw[section][key] = value
     return changes
 

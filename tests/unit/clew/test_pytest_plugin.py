@@ -167,7 +167,7 @@ WRONG: list[dict[str, str]] = [
     {
         'scenario="groove"': "unknown scenario 'groove'",
         "faults=[clew.kill(9)]": "must be a robot of the fleet, r1 to r5, got r9",
-        'robots="x"': "grove: $.fleet.robots: must be an integer, got 'x'",
+        'robots="x"': "robots: must be an integer, got 'x'",
     },
 ]
 

@@ -156,7 +156,7 @@ def test_robots_start_on_the_piece_of_the_scenes_own_start(tmp_path: Path) -> No
         (
             {},
             2000,
-            r"\$\.fleet\.robots: must be <= \d+, for which seed 1 finds free places, got 2000 \(-n 2000",
+            r"\$\.fleet\.robots: must be <= \d+, for which seed 1 finds .*, got 2000 \(robots = 2000",
         ),
         ({"circles": [[3.0, 0.0, 5.0]]}, None, r"\$\.fleet\.robots: must be <= 0, for which seed 1 finds"),
         ({"bounds": [6.0, -1.0, 0.0, 1.0]}, None, r"\$\.bounds\[0\]: must be < x_m_max = 0 m, got 6"),
@@ -169,7 +169,7 @@ def test_an_impossible_deployment_is_refused_in_one_line(
     path = scene(tmp_path / "posts.json", **changes)
     with pytest.raises(UsageError, match=rf"posts\.json: {line}") as refused:
         deployed(path, robots=robots)
-    assert "--deployment random" in str(refused.value)
+    assert "deployment = random" in str(refused.value)
     assert "\n" not in str(refused.value)
 
 

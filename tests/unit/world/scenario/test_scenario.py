@@ -249,7 +249,7 @@ def test_robots_and_law_can_be_overridden(tmp_path: Path) -> None:
     assert _load(tmp_path, SOUND, law="printed").mission().law == "printed"
     with pytest.raises(
         UsageError,
-        match=r"/wood\.toml: \$\.fleet\.robots: must be >= 1, got 0 \(-n 0 instead of its robots = 3\)$",
+        match=r"/wood\.toml: \$\.fleet\.robots: must be >= 1, got 0 \(robots = 0 instead of 3\)$",
     ):
         _load(tmp_path, SOUND, robots=0)
     with pytest.raises(
@@ -264,7 +264,7 @@ def test_a_queue_made_too_long_by_the_n_option_is_refused_with_that_option() -> 
         load("grove", robots=8)
     assert str(refusal.value) == (
         "grove: $.fleet.start, place of robot 6: must be inside the bounds by the radius and drive errors,"
-        " at x >= x_m_min + 0.1048 = 0.1048 m, got (0, 2) (-n 8 instead of its robots = 5)"
+        " at x >= x_m_min + 0.1048 = 0.1048 m, got (0, 2) (robots = 8 instead of 5)"
     )
 
 

@@ -93,7 +93,7 @@ def test_a_scene_or_the_caller_may_say_the_time_limit(tmp_path: Path) -> None:
     assert _load(tmp_path, {"time_s_max": 77.0}).time.time_s_max == 77.0
     path = tmp_path / "posts.json"
     assert load(str(path), time_s_max=88.0).time.time_s_max == 88.0
-    with pytest.raises(UsageError, match=r"time_s_max: must be > 0.0 s, got -1.0 .*--time-s-max -1.0"):
+    with pytest.raises(UsageError, match=r"time_s_max: must be > 0.0 s, got -1.0 .*time_s_max = -1.0"):
         load(str(path), time_s_max=-1.0)
     with pytest.raises(UsageError, match=r"\$.time_s_max: must be > 0.0 s, got 0"):
         _load(tmp_path, {"time_s_max": 0})

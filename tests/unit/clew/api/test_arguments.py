@@ -1,0 +1,80 @@
+"""What cannot be done as a Python user asks is refused in the words of Python, before anything is made."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import clew
+
+Call = Callable[..., object]
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def rehearsed(scenario: object = "grove", **asked: Any) -> object:  # noqa: ANN401 - anything that a user may write
+    return clew.rehearse(scenario, **asked)  # type: ignore[arg-type] # as a user may write it
+
+
+def launched(scenario: object = "grove", **asked: Any) -> object:  # noqa: ANN401 - anything that a user may write
+    return clew.launch(scenario, **asked)  # type: ignore[arg-type] # as a user may write it
+
+
+@pytest.mark.parametrize("call", [rehearsed, launched])
+@pytest.mark.parametrize(
+    ("asked", "why"),
+    [
+        ({"robots": 0}, r"grove: \$\.fleet\.robots: must be >= 1, got 0 \(robots = 0 instead of 5\)"),
+        ({"robots": "3"}, "robots: must be an integer, got '3'"),
+        ({"robots": 2.5}, r"robots: must be an integer, got 2\.5"),
+        ({"seed": -1}, r"clew: \$\.seed: must be >= 0, got -1"),
+        ({"seed": 2**60}, r"clew: \$\.seed: must be <= 9007199254740991, got 1152921504606846976"),
+        ({"seed": "x"}, "seed: must be an integer, got 'x'"),
+        ({"seed": 1.5}, r"seed: must be an integer, got 1\.5"),
+        ({"law": "nope"}, r"grove: \$\.law\.law: must be one of .* \(law = nope instead of certified\)"),
+        ({"law": print}, "law: must be a name; clew.register_law gives one to a function"),
+        ({"deployment": "randm"}, r"grove: .*did you mean 'random'\? \(deployment = randm\)"),
+        ({"faults": "leader-killed"}, r"faults: must be a list of rules, such as .*, got 'leader-killed'"),
+        ({"faults": [3]}, r"faults: must be a list of rules, such as .*, got \[3\]"),
+        ({"faults": None}, "faults: must be a list of rules, .*, got None"),
+        ({"scenario": 3}, "scenario: must be a name, a file or a scenario, got 3"),
+    ],
+)
+def test_arguments_that_no_fleet_can_have_are_refused(
+    here: Path, call: Call, asked: dict[str, object], why: str
+) -> None:
+    with pytest.raises(clew.UsageError, match=f"^{why}$"):
+        call(**asked)
+    assert list(here.iterdir()) == []
+
+
+def test_a_stage_that_is_none_is_not_taken_for_live() -> None:
+    with pytest.raises(clew.UsageError, match="stage: must be live or rehearsal, got 'rehearse'"):
+        launched(stage="rehearse")
+
+
+def test_a_folder_that_is_not_empty_is_refused_without_a_word_of_options(here: Path) -> None:
+    (here / "run").mkdir()
+    (here / "run" / "file").touch()
+    with pytest.raises(clew.UsageError, match=r"^run: it is not empty, and a run never writes"):
+        rehearsed(out="run")
+
+
+def test_a_fault_that_is_no_rule_is_refused_by_a_fleet() -> None:
+    fleet = clew.launch("grove", robots=2, stage="rehearsal")
+    with pytest.raises(clew.UsageError, match=r"^inject: must be a rule, such as .*, got 'kill'$"):
+        fleet.inject("kill")  # type: ignore[arg-type] # what a user may write
+
+
+def test_a_scenario_may_be_a_path_numbers_those_of_numpy_and_faults_a_single_rule(here: Path) -> None:
+    rehearsed(robots=1, out="first")
+    path, rule = here / "first" / "scenario.toml", clew.drop(p=0.1)
+    run = clew.rehearse(path, robots=np.int64(2), seed=np.int64(3), faults=rule, out="run")  # type: ignore[arg-type] # a list is the documented way
+    assert (run.seed, run.scenario.fleet.robots) == (3, 2)
+    assert {fault.fault for fault in run.faults} == {"drop"}
