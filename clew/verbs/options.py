@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Callable
+from itertools import chain
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -85,6 +86,7 @@ def _complete(folder: str) -> Callable[[click.Context, click.Parameter, str], li
 FINITE = Finite()
 ROBOTS = click.IntRange(1, ROBOTS_MAX)
 SEED = click.IntRange(0, SEED_MAX)
+SEEDS_MAX = 1_000_000  # a campaign keeps each in memory, and takes days for so many
 
 
 def robots_option(said: str, default: int | None = None) -> Callable[[Verb], Verb]:
@@ -103,13 +105,15 @@ def robots_option(said: str, default: int | None = None) -> Callable[[Verb], Ver
 
 def _seeds(_ctx: click.Context, _param: click.Parameter, said: str) -> tuple[int, ...]:
     """The seeds in a text such as 1,4-6, each once."""
-    seeds: list[int] = []
+    seeds: list[range] = []
     for part in said.split(","):
         match = re.fullmatch(r"(\d{1,16})(?:-(\d{1,16}))?", part, re.ASCII)
         if match is None or not int(match[1]) <= int(match[2] or match[1]) <= SEED_MAX:
             raise click.BadParameter(f"must be like 1, 1-3 or 1,4-6, up to 2**53 - 1, got {said}")
-        seeds += range(int(match[1]), int(match[2] or match[1]) + 1)
-    return tuple(dict.fromkeys(seeds))
+        seeds.append(range(int(match[1]), int(match[2] or match[1]) + 1))
+    if sum(each.stop - each.start for each in seeds) > SEEDS_MAX:
+        raise click.BadParameter(f"must be at most {SEEDS_MAX:,} seeds, got {said}")
+    return tuple(dict.fromkeys(chain.from_iterable(seeds)))
 
 
 def seeds_option(said: str, *more_names: str) -> Callable[[Verb], Verb]:

@@ -101,3 +101,10 @@ def test_the_number_of_robots_is_spelt_in_one_way() -> None:
 def test_the_version_is_told() -> None:
     assert clew("--version").stdout == f"{version()}\n"
     assert clew("run", "--version").stdout == f"{version()}\n"
+
+
+@pytest.mark.parametrize("verb", ["campaign", "field"])
+def test_more_seeds_than_fit_into_memory_are_refused_in_one_line(verb: str) -> None:
+    said = clew(verb, "circles", "--seeds", "1-9999999999999")
+    assert (said.exit_code, said.stderr.count("\n")) == (2, 1)
+    assert "must be at most 1,000,000 seeds" in said.stderr
