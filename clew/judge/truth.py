@@ -91,7 +91,9 @@ def read(lines: Iterable[bytes], scene: Mapping[str, Any] | None = None) -> Trut
     entries, struck = _entries(lines), set[str]()
     poses: dict[int, list[Row]] = defaultdict(list)
     try:
-        header = next(entries, {})
+        header = next(entries, None)
+        if header is None:
+            raise UnreadableError("it is empty: no header of a run")
         planned = {rule["name"] for rule in (header["faults"] or {}).get("rule", ())}
         for entry in entries:
             by_world = entry["source"] == "world"
@@ -99,8 +101,7 @@ def read(lines: Iterable[bytes], scene: Mapping[str, Any] | None = None) -> Trut
                 poses[entry["robot"]].append((entry["t_s"], entry["x_m"], entry["y_m"]))
             elif entry["kind"] == "fault.injected" and (by_world or entry["rule"] in planned):
                 struck |= {entry["process"]} if entry["fault"] in HARM else set()
-        if scene is not None and str(scene.get("schema")).startswith("clew-scene/"):
-            scene = _as_scenario(scene)
+        scene = None if scene is None else _scenario(scene)
         said = header["scenario"]
         truth = _truth(said, said["law"]["law"], poses, struck)
         if scene is None:
@@ -118,9 +119,12 @@ def _entries(lines: Iterable[bytes]) -> Iterator[dict[str, Any]]:
         counts = number == 1 or b'"pose.sampled"' in line or b'"fault.injected"' in line
         if counts and line.endswith(b"\n"):  # else it is the last, and torn
             try:
-                yield json.loads(line)
+                entry = json.loads(line)
             except ValueError as error:
                 raise UnreadableError(f"line {number} cannot be read: {error}") from error
+            if number == 1 and not (isinstance(entry, dict) and "scenario" in entry):
+                raise UnreadableError("the first line is no header of a run")
+            yield entry
 
 
 def _truth(raw: Mapping[str, Any], law: str, poses: Mapping[int, list[Row]], struck: set[str]) -> Truth:
@@ -181,6 +185,30 @@ def _solid(name: str, raw: Mapping[str, Any]) -> Solid:
         turned = rotate(scale(ROUND, *raw["semi_axes_m"]), raw.get("rotation_rad", 0.0), use_radians=True)
         shape = translate(turned, shape.x, shape.y)
     return Solid(name, shape, np.array(raw.get("track", STILL)), radius_m=raw.get("radius_m", 0.0))
+
+
+def _scenario(scene: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The scenario that was given.
+
+    Raises:
+        UnreadableError: it is none; or a number is none, of which no comparison says that it is less.
+    """
+    if str(scene.get("schema")).startswith("clew-scene/"):
+        scene = _as_scenario(scene)
+    if not isinstance(scene.get("fleet"), dict):
+        raise UnreadableError("SCENE is no scenario with one fleet and no scene")
+    if not math.isfinite(_sum(scene)):
+        raise UnreadableError("SCENE has a number that is not finite")
+    return scene
+
+
+def _sum(said: object) -> float:
+    """Of the sizes of all numbers: finite if they are."""
+    if isinstance(said, Mapping):
+        return _sum(list(said.values()))
+    if isinstance(said, list):
+        return math.fsum(map(_sum, said))
+    return abs(said) if isinstance(said, float) else 0.0
 
 
 def _as_scenario(scene: Mapping[str, Any]) -> dict[str, Any]:

@@ -94,7 +94,7 @@ def test_where_obstacles_are_fast_robots_may_stand_further_behind_each_other(
 @pytest.mark.parametrize("law", ["printed", "resultant"])
 def test_laws_that_promise_nothing_ask_for_no_contact_only(law: str) -> None:
     lines = written([], scenario(law={"law": law, "epsilon_m": 0.1, "mu0_m": 0.02}))
-    truth = read(lines, {"law": {"law": "certified", "epsilon_m": 0.1, "mu0_m": 0.02}})
+    truth = read(lines, scenario(law={"law": "certified", "epsilon_m": 0.1, "mu0_m": 0.02}))
     assert (truth.clearance_m, truth.separation_m) == (0.0, 0.0)
 
 

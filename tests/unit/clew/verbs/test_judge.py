@@ -87,6 +87,36 @@ def test_what_is_no_run_is_refused_in_one_line(tmp_path: Path, run: Path, name: 
         assert said.stderr.count("\n") == 1
 
 
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("", "SCENE is no scenario with one fleet and no scene"),
+        ("fleet = 'x'", "SCENE is no scenario with one fleet and no scene"),
+        ("[[fleet]]\nname = 'x'", "SCENE is no scenario with one fleet and no scene"),
+        ("[fleet]\n[law]\nepsilon_m = nan", "SCENE has a number that is not finite"),
+        ("[fleet]\n[goal]\nat_m = [inf, 0.0]", "SCENE has a number that is not finite"),
+    ],
+)
+def test_a_scene_that_says_nothing_or_no_numbers_proves_nothing(
+    tmp_path: Path, run: Path, text: str, why: str
+) -> None:
+    (tmp_path / "scene.toml").write_text(text)
+    said = clew("judge", run, tmp_path / "scene.toml")
+    assert (said.exit_code, said.stderr) == (2, f"Error: {run}: {why}\n")
+
+
+@pytest.mark.parametrize("text", ["{}\n", '{"kind":"pose.sampled"}\n', "[1]\n", "3\n"])
+def test_a_log_without_a_header_is_refused_in_plain_words(run: Path, text: str) -> None:
+    (run / "events.jsonl").write_text(text)
+    said = clew("judge", run)
+    assert (said.exit_code, said.stderr) == (2, f"Error: {run}: the first line is no header of a run\n")
+
+
+def test_an_empty_log_is_called_so(run: Path) -> None:
+    (run / "events.jsonl").write_text("")
+    assert clew("judge", run).stderr == f"Error: {run}: it is empty: no header of a run\n"
+
+
 def test_a_verdict_that_lacks_a_field_is_refused_in_one_line(run: Path) -> None:
     (run / "verdict.json").write_text("{}")
     said = clew("judge", run)
