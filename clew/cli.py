@@ -54,7 +54,7 @@ class _Refusal(click.ClickException):
 
 @contextlib.contextmanager
 def _one_line() -> Iterator[None]:
-    """Say in one line what is wrong with a command line: where its help is, and not how to call it."""
+    """Say in one line what is wrong with a command line, and where its help is; or with stdout."""
     try:
         yield
     except click.exceptions.NoArgsIsHelpError:
@@ -62,6 +62,12 @@ def _one_line() -> Iterator[None]:
     except click.UsageError as error:
         help_is = "" if error.ctx is None else f" ({error.ctx.command_path} -h is its help)"
         raise _Refusal(plain(" ".join(error.format_message().split())) + help_is) from error
+    except OSError as error:
+        if error.filename is not None or error.errno == errno.EPIPE:
+            raise
+        # An error of a file has its name, so this is of stdout. Python would report it again at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise click.ClickException(f"cannot write: {error.strerror}") from error
 
 
 class _Verbs(LateGroup):
@@ -88,12 +94,6 @@ class _Verbs(LateGroup):
             ctx.exit(asked.exit_code)
         except KeyboardInterrupt:
             ctx.exit(ExitCode.INTERRUPTED)
-        except OSError as error:
-            if error.filename is not None or error.errno == errno.EPIPE:
-                raise
-            # An error of a file has its name, so this is of stdout. Python would report it again at exit.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            raise click.ClickException(f"cannot write: {error.strerror}") from error
 
 
 @click.group(

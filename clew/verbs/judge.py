@@ -37,7 +37,9 @@ def judge_verb(ctx: click.Context, run: Path, scene: Path | None, *, as_json: bo
     try:
         ok = _judge_all(run, fleets, as_json=as_json) if fleets else _judge_one(run, scene, as_json=as_json)
     except OSError as error:
-        raise UsageError(f"{error.filename or run}: cannot be read: {error.strerror}") from error
+        if error.filename is None:  # it is of stdout
+            raise
+        raise UsageError(f"{error.filename}: cannot be read: {error.strerror}") from error
     ctx.exit(0 if ok else 1)
 
 

@@ -129,9 +129,11 @@ def test_printable_text_is_unchanged() -> None:
 
 
 @pytest.mark.processes
-@pytest.mark.parametrize("verb", ["cat", "info"])
-def test_a_full_disk_is_one_line_and_exit_1(run: Path, verb: str) -> None:
-    command = [sys.executable, "-m", "clew.cli", "log", verb, str(run)]
+@pytest.mark.parametrize(
+    "words", [("log", "cat", "RUN"), ("log", "info", "RUN"), ("judge", "RUN"), ("--help",)], ids=" ".join
+)
+def test_a_full_disk_is_one_line_and_exit_1(run: Path, words: tuple[str, ...]) -> None:
+    command = [sys.executable, "-m", "clew.cli", *(str(run) if word == "RUN" else word for word in words)]
     with Path("/dev/full").open("wb") as full:
         said = subprocess.run(
             command, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, timeout=DEADLINE_S, check=False
