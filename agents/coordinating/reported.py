@@ -64,7 +64,8 @@ class Reported:
 
     def old(self, robots: Iterable[int], turns: Turns) -> set[int]:
         """Those of these robots whose place may be older than their own last turn."""
-        return {robot for robot in robots if self.counted[robot].turn <= turns.put_for(robot) > 0}
+        had_turn = turns.had & robots
+        return {robot for robot in had_turn if self.counted[robot].turn <= turns.put_for(robot)}
 
     def overdue(self, own: int, turns: Turns, now_s: float, *, after_s: float) -> list[int]:
         """The robots, but this one, whose places may be old and that have not been heard for so long."""

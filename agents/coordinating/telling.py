@@ -49,9 +49,11 @@ class Telling:
     @property
     def stranded(self) -> frozenset[int]:
         """The robots that have had a turn, and found no way to a place in the formation."""
-        plan, counted = self.plan, self._reported.counted
-        had_turn = frozenset(robot for robot in counted if self._turns.put_for(robot) > 0)
-        return frozenset() if plan is None else had_turn.difference(plan.order)
+        return frozenset(robot for robot in self._turns.had if self._is_stranded(robot))
+
+    def _is_stranded(self, robot: int) -> bool:
+        is_out = self.plan is not None and robot not in self.plan.lives
+        return is_out and robot in self._turns.had and robot in self._reported.counted
 
     def tell(self, plan: Plan, now_s: float) -> list[Command]:
         """The formation is made: send it to its members."""
@@ -115,7 +117,7 @@ class Telling:
             heard=report.number,
             after_turn=self._turns.put_for(robot),
             out=self.plan is not None,
-            stranded=robot in self.stranded,
+            stranded=self._is_stranded(robot),
             question=None if has_turn else self._questions.pending(robot),  # a message has room for one
             join=join if has_turn else None,
             rank=rank,

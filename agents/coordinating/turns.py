@@ -7,6 +7,8 @@ Rule 2 (liveness): a turn is idle while its robot stands, less the time for whic
         one that only stands.
 """
 
+from collections.abc import KeysView
+
 from agents.commands import Command, Put
 from agents.due import is_due
 from agents.liveness.timing import Timing
@@ -41,6 +43,11 @@ class Turns:
         passed_s, self._watched_s = now_s - self._watched_s, now_s
         drives = odometry.moving or odometry.stood_s < self._timing.put_s
         self._idle_s = max(0.0, self._idle_s - passed_s if drives else self._idle_s + passed_s)
+
+    @property
+    def had(self) -> KeysView[int]:
+        """The robots for which a turn was put: few, where most are in place."""
+        return self._put_for.keys()
 
     def put_for(self, robot: int) -> int:
         """The last turn that was put for a robot; 0: none."""

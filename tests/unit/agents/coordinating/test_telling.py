@@ -1,0 +1,67 @@
+"""What a coordinator answers to late reports."""
+
+import pytest
+
+from agents.commands import Say
+from agents.coordinating.agreeing import Agreement, Intent
+from agents.coordinating.questions import Questions
+from agents.coordinating.reported import Reported
+from agents.coordinating.telling import Telling
+from agents.coordinating.turns import Turns
+from agents.liveness.suspicion import Suspicion
+from agents.liveness.timing import Timing
+from protocol.fence import Cause, Epoch, Fence, May
+from protocol.frames import Pose
+from protocol.wire.messages import Odometry, Phase
+from protocol.wire.view import Answer, Report
+from tests.support.stages.one_step import under
+
+TIMING, EPOCH = Timing(), Epoch(generation=2, robot=1, life=1)
+PLACED, OTHER = (1, 2), 3
+
+
+def report(robot: int) -> Report:
+    place = Pose(x_m=float(-robot), y_m=0.0, heading_rad=0.0)
+    return Report(epoch=EPOCH, life=robot, number=1, turn=9, place=place)
+
+
+def told(had_turn: set[int], *, is_made: bool) -> dict[int, Answer]:
+    """The answers when all have reported; robots 1 and 2 are in the formation, once it is made."""
+    reported, turns = Reported(Suspicion(TIMING, 1.0), 0.0), Turns(EPOCH, TIMING, 0.0)
+    for robot in (*PLACED, OTHER):
+        reported.hear(robot, report(robot), 0.0, closed=False)
+        reported.count(robot, report(robot))
+    for number, robot in enumerate(sorted(had_turn)):
+        turns.put(Fence(epoch=EPOCH, turn=number), 0.0, may=May.ONE, robot=robot, life=robot)
+    questions = Questions(under("certified", robots=3), TIMING)
+    telling = Telling(EPOCH, TIMING, reported, questions, turns, now_s=0.0)
+    if is_made:
+        agreement = Agreement(1, EPOCH, Intent(Cause.START), sensed=False, neighbours={})
+        telling.tell(agreement.drafted(PLACED, {}, frozenset(), reported.counted, turn=9), 0.0)
+    odometry = Odometry(
+        n=1, t_s=0.0, pose=report(1).place, moving=False, finished=0, fence=Fence(), phase=Phase.RUNNING
+    )
+    said = telling.act(odometry, 0.0, strand=PLACED, join=None)
+    answers = {each.robot: each.said for each in said if isinstance(each, Say)}
+    assert telling.stranded == {robot for robot, each in answers.items() if _is_told_so(each)}
+    return {robot: each for robot, each in answers.items() if isinstance(each, Answer)}
+
+
+def _is_told_so(said: object) -> bool:
+    return isinstance(said, Answer) and said.stranded
+
+
+@pytest.mark.parametrize("is_made", [True, False])
+@pytest.mark.parametrize("had_turn", [set(), {2}, {3}, {2, 3}])
+def test_a_robot_is_stranded_that_had_a_turn_and_has_no_place_in_the_formation(
+    had_turn: set[int], *, is_made: bool
+) -> None:
+    answers = told(had_turn, is_made=is_made)
+    assert answers.keys() == ({OTHER} if is_made else {*PLACED, OTHER})
+    assert {robot for robot, each in answers.items() if each.stranded} == (
+        {OTHER} & had_turn if is_made else set()
+    )
+
+
+def test_a_robot_is_told_its_rank_in_the_strand() -> None:
+    assert {robot: each.rank for robot, each in told(set(), is_made=False).items()} == {1: 0, 2: 1, 3: None}
