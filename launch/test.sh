@@ -92,12 +92,12 @@ check_tests -m "not processes$short" -n auto --dist worksteal "$@"
 wait $!
 cat "$beside/said"
 [[ ! -e $beside/failed ]] || mapfile -t -O "${#failed[@]}" failed <"$beside/failed"
-# A fleet waits more than it computes: three for each two cores. Tests of a file share what they have set up; in
-# the order of the folders the longest files come first.
+# A fleet waits more than it computes: two for each core. Tests of a file share what they have set up; the longest
+# files come first, and the many short ones of the browser last.
 # Each worker collects all that it is given, so where nothing is chosen it is given the files with such tests only.
 where=()
-((chosen)) || mapfile -t where < <(printf '%s\n' tests/browser tests/processes && grep -rl 'mark\.processes' --include='test_*.py' tests/rehearsals tests/unit | sort)
-check_tests -m "processes$short" -n $(($(nproc) * 3 / 2)) --dist loadfile --no-loadscope-reorder "${where[@]}" "$@"
+((chosen)) || mapfile -t where < <(printf '%s\n' tests/processes tests/browser && grep -rl 'mark\.processes' --include='test_*.py' tests/rehearsals tests/unit | sort)
+check_tests -m "processes$short" -n $(($(nproc) * 2)) --dist loadfile --no-loadscope-reorder "${where[@]}" "$@"
 ((${#failed[@]} == 0)) && exit
 clew_say "failed: $(printf '%s; ' "${failed[@]}")"
 exit 1

@@ -50,16 +50,17 @@ def shown(browser: Browser, run: Path) -> Iterator[Sight]:
         assert shown.troubles == []
 
 
-@pytest.fixture
-def page(shown: Sight) -> Page:
-    """The page at its start, with nothing chosen."""
-    shown.page.evaluate("clew.choose(0); clew.seek(0); clew.draw()")
-    return shown.page
-
-
 def settle(page: Page) -> None:
     """Wait until what was done has been drawn: events of the mouse come with frames."""
     page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+@pytest.fixture
+def page(shown: Sight) -> Page:
+    """The page at its start, with nothing chosen; what the test before has moved is back in its place."""
+    shown.page.evaluate("clew.choose(0); clew.seek(0); clew.draw()")
+    settle(shown.page)
+    return shown.page
 
 
 def box(page: Page, selector: str) -> dict[str, float]:

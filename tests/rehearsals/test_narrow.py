@@ -76,7 +76,7 @@ def test_a_sharp_corner_elsewhere_does_not_close_a_corridor_with_6_percent_to_sp
     assert placed == [], "a queue in a corridor is a strand"
 
 
-@pytest.mark.parametrize(("degrees", "ending"), [(1.0, Ending.ARRIVED), (0.6, Ending.ROUTE_LOST)])
+@pytest.mark.parametrize(("degrees", "ending"), [(1.0, Ending.ARRIVED), *long([(0.6, Ending.ROUTE_LOST)])])
 def test_one_place_to_look_from_is_enough_for_a_short_step_to_a_second_one(
     degrees: float, ending: Ending
 ) -> None:

@@ -7,6 +7,7 @@ import pytest
 from tests.support.notebook import cells, played
 
 
+@pytest.mark.long
 def test_every_cell_of_the_notebook_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("pandas", reason="the notebook shows frames of pandas, the extra `frames`")
     monkeypatch.chdir(tmp_path)

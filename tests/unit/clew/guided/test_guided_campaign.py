@@ -20,6 +20,7 @@ def swarm(out: Path, *more: str) -> Result:
     return clew("campaign", "--faults", "swarm", "--seeds", SEED, "--jobs", "1", "--out", out, *more)
 
 
+@pytest.mark.long
 def test_a_guided_campaign_says_how_many_futures_and_cells_it_has_reached(tmp_path: Path) -> None:
     result = swarm(tmp_path, "--guided")
     assert result.exit_code == 0

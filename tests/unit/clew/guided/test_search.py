@@ -34,6 +34,7 @@ def timeless(found: Found) -> Found:
     return replace(found, outcome=replace(found.outcome, cpu_s=0.0, wall_s=0.0))
 
 
+@pytest.mark.long
 def test_a_search_plays_futures_reaches_cells_and_is_the_same_every_time() -> None:
     found = searched()
     assert 3 <= found.outcome.futures <= 6
@@ -46,6 +47,7 @@ def test_the_outcome_of_a_search_that_finds_nothing_is_that_of_the_seeds_own_fau
     assert (found.reason, found.sim_s, found.path_m) == (own.reason, own.sim_s, own.path_m)
 
 
+@pytest.mark.long
 def test_the_rarest_instants_have_futures_and_the_deepest_futures_have_none() -> None:
     limits = Limits(instants_max=2, below_max=9, depth_max=1)
     assert search(episode_of(SEED), Corpus(), limits).outcome.futures == 2
