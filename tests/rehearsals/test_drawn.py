@@ -38,12 +38,12 @@ HEALS: list[tuple[str, int, float, tuple[int, ...]]] = [
     ("in-front-and-round-a-corner", 12858, 10.509, ()),
     # Dead robots do not come back, so it is useless to wait for them when no robot finds a place.
     ("waited-for-the-dead", 14064, 18.564, ()),
-    # Three are locked in a pocket by a dead body; the one outside has to go on without them.
-    ("outside-of-a-closed-pocket", 111623, 18.384, ()),
     # A robot that found no way to a place must ask again when the others have driven on.
     ("left-behind-when-the-others-drive-on", 991, 12.479, ()),
 ]
 HEALS_TOO: list[tuple[str, int, float, tuple[int, ...]]] = [
+    # Three are locked in a pocket by a dead body; the one outside has to go on without them.
+    ("outside-of-a-closed-pocket", 111623, 18.384, ()),
     # The leader stands between a wall and the next robot and knows no way on; the next robot does.
     ("bodies-beside-the-leader", 5511, 16.638, ()),
     # A robot that asks for another order must not ask a robot that never answers.

@@ -21,6 +21,7 @@ from protocol.network.zenoh_transport import ZenohTransport
 from protocol.run_settings import Settings
 from protocol.wire.messages import Message
 from tests.support.deadline import DEADLINE_S
+from tests.support.long import long
 from tests.support.processes.fleets import Fleet, wait_until
 from tests.support.processes.parts import Parts, said
 from tests.support.processes.proxy import Faults, Proxy, Way, proxy_aside
@@ -126,7 +127,7 @@ async def converse(talk: Talk, folder: Path, between: Proxy, faults: Faults, *, 
 
 @pytest.mark.parametrize(
     ("faults", "until_refused"),
-    [(Faults(flip_probability=0.05), 200), (Faults(truncate_probability=0.02), 20)],
+    [(Faults(flip_probability=0.05), 200), *long([(Faults(truncate_probability=0.02), 20)])],
     ids=["flips", "cuts"],
 )
 async def test_messages_received_on_a_damaged_wire_were_sent(faults: Faults, until_refused: int) -> None:

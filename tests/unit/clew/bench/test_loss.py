@@ -108,6 +108,7 @@ def test_a_rehearsal_arrives_a_little_later_with_10_percent_loss_and_never_with_
     assert (nothing.time_s, nothing.violations) == (None, 0)
 
 
+@pytest.mark.long
 def test_the_verb_rehearses_every_rate_of_both_kinds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rates = (0.0, *BOUNDS)  # those that it judges by
     monkeypatch.setattr("clew.bench.loss.RATES", rates)

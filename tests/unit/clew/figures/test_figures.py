@@ -307,6 +307,7 @@ def test_files_are_valid_and_hold_text_not_outlines(folder: Path) -> None:
         assert int.from_bytes(files["png"][16:20]) == int(300.0 * width_in)
 
 
+@pytest.mark.long
 def test_the_same_run_gives_the_same_bytes_in_another_process_and_with_any_user_settings(
     folder: Path, tmp_path: Path
 ) -> None:

@@ -112,6 +112,7 @@ def test_a_scenario_that_was_changed_after_the_run_began_is_found(tmp_path: Path
     assert flaw.endswith("scenario.toml: was changed after the run had begun")
 
 
+@pytest.mark.long
 def test_a_run_with_thousands_of_views_is_judged(tmp_path: Path) -> None:
     order = (1, 2, 3, 4, 5)
     told: list[tuple[str, Record]] = []
