@@ -28,7 +28,6 @@ from protocol.root import ROOT
 from tests.support.campaigns import clew, closed, outcome, refused, scene
 from tests.support.deadline import DEADLINE_S
 from tests.support.logs.logs import GOOD
-from tests.support.long import long
 from tests.support.processes.fleets import wait_until
 from tests.support.stages.fleets import raw
 from world.scenario.scene import EPSILON_M_MAX, EPSILON_RADII
@@ -286,7 +285,7 @@ def test_family_figures_count_ended_runs_and_rates_use_all_metres_together() -> 
     assert (figures.events_per_m, figures.clearance_margin_m_min) == (2.0, 0.1)
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, *long([signal.SIGINT])])
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
 def test_no_outcome_is_lost_when_a_worker_dies_or_gets_an_interrupt(
     scenes: Path, number: signal.Signals
 ) -> None:
@@ -364,7 +363,7 @@ def going(scenes: Path, begun: subprocess.Popen[str]) -> subprocess.Popen[str]:
     return begun
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, *long([signal.SIGTERM])])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_workers_start_with_requests_to_end_blocked(
     scenes: Path, begun: subprocess.Popen[str], number: signal.Signals
 ) -> None:
@@ -377,7 +376,7 @@ def test_workers_start_with_requests_to_end_blocked(
     assert "Traceback" not in complaints
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, *long([signal.SIGTERM])])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_campaign_says_so_and_can_be_continued(
     scenes: Path, going: subprocess.Popen[str], number: signal.Signals
 ) -> None:
