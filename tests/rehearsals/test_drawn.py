@@ -22,8 +22,10 @@ from world.scenario.scenario import load
 DRAWN = Path(__file__).parent / "drawn"
 
 
-# Name, seed, from when on there is no fault any more, and who cannot be in the strand then.
-HEALS: list[tuple[str, int, float, tuple[int, ...]]] = [
+Healing = tuple[str, int, float, tuple[int, ...]]
+"""Name, seed, from when on there is no fault any more, and who cannot be in the strand then."""
+
+HEALS: list[Healing] = [
     # The leader comes back in front of the robot that took its place, and has to lead again.
     ("leader-frozen-in-a-corridor", 5342, 9.783, ()),
     # The others come out of a dead end; the robot must not be called in before they are out.
@@ -41,7 +43,7 @@ HEALS: list[tuple[str, int, float, tuple[int, ...]]] = [
     # A robot that found no way to a place must ask again when the others have driven on.
     ("left-behind-when-the-others-drive-on", 991, 12.479, ()),
 ]
-HEALS_TOO: list[tuple[str, int, float, tuple[int, ...]]] = [
+HEALS_TOO: list[Healing] = [
     # Three are locked in a pocket by a dead body; the one outside has to go on without them.
     ("outside-of-a-closed-pocket", 111623, 18.384, ()),
     # The leader stands between a wall and the next robot and knows no way on; the next robot does.
