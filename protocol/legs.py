@@ -7,6 +7,7 @@ import numpy as np
 from protocol.arrays import Floats
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
+from protocol.wire.messages import RAYS_MAX
 
 LENGTHS = 8  # of legs tried
 PLACE_SLACK_M = 0.01  # on what a place keeps, so that one that was aimed at is one when it is reached
@@ -18,8 +19,9 @@ def leg_m_min(mission: Mission) -> float:
     return max(mission.robot_keep_m, mission.robot_radius_m + mission.obstacle_keep_m) + PLACE_SLACK_M
 
 
-def legs_m(mission: Mission, *, rays: int) -> Floats:
-    """The lengths (n,) of legs that a robot tries; none: it can join nowhere. `rays`: of its closest look."""
+def legs_m(mission: Mission) -> Floats:
+    """The lengths (n,) of legs that a robot tries; none: it can join nowhere. Its closest look counts."""
+    rays = RAYS_MAX // mission.directions * mission.directions
     least_m, most_m = leg_m_min(mission), mission.leg_m_max - PLACE_SLACK_M
     lengths = np.linspace(least_m, most_m, LENGTHS if most_m >= least_m else 0)
     return lengths[[not hull_hides(length_m, rays, mission) for length_m in lengths.tolist()]]

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agents.membership.legs import leg_is_clear, leg_needs_closer_look, without_hulls
-from agents.membership.stands import BEARINGS, HIT_M, Stands, outlines, places_behind
+from agents.membership.stands import BEARINGS_RAD, HIT_M, Stands, outlines, places_behind
 from agents.navigation.certificate import (
     Walls,
     bounds_walls,
@@ -103,10 +103,9 @@ class Joining:
     def clear(self, view: View, robots: Floats) -> StepPlanned | NoStep:
         """The shortest step to where a robot that follows could come; for the leader."""
         walls = self._walls(view, Stands(robots, robots[:0], robots[:1], 0))
-        headings = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
-        free_m = np.minimum(certified_lengths_m(view.position, headings, walls), self._mission.leg_m_max)
+        free_m = np.minimum(certified_lengths_m(view.position, BEARINGS_RAD, walls), self._mission.leg_m_max)
         lengths = free_m[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS
-        directions = unit_vectors(headings)
+        directions = unit_vectors(BEARINGS_RAD)
         ends = view.position + lengths[:, :, None] * directions[:, None, :]
         hits = view.without(on_discs(view.points, robots, within_m=self._mission.hull_reach_m)).hit_points
         off_m = np.hypot(*np.moveaxis(ends[:, :, None] - hits, -1, 0)).min(axis=2, initial=np.inf)
@@ -114,7 +113,7 @@ class Joining:
         if not enough.any():
             return NoStep("no step leads to where a robot behind could come")
         best = np.unravel_index(np.argmin(np.where(enough, lengths, np.inf)), lengths.shape)
-        step = Step(wrap(float(headings[best[0]])), float(lengths[best]))
+        step = Step(wrap(float(BEARINGS_RAD[best[0]])), float(lengths[best]))
         return self._record(step, view, on_discs(view.points, robots, within_m=self._mission.hull_reach_m))
 
     def _remember(self, hit_points: Floats) -> None:

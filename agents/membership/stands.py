@@ -12,9 +12,9 @@ from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart
 from protocol.legs import PLACE_SLACK_M, legs_m
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
-from protocol.wire.messages import RAYS_MAX
 
 BEARINGS = 72  # of places tried around the robot ahead: 9 cm apart at 1 m, as fine as what the leg keeps
+BEARINGS_RAD = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
 HIT_M = 0.002  # hits nearer to each other than this are remembered as one
 HULL_CORNERS = 16  # a hull's outline for the grid: off by 2 % of its radius
 
@@ -68,9 +68,8 @@ def outlines(robots: Floats, mission: Mission) -> Floats:
 def places_behind(stands: Stands, hits: Floats, mission: Mission) -> Floats:
     """The places (n, 2) around the last robot in place that would do, as far as hits (m, 2) are known."""
     ahead, rays = stands.strand[-1], mission.directions * mission.revolutions
-    lengths = legs_m(mission, rays=RAYS_MAX // mission.directions * mission.directions)
-    bearings = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
-    lines = ahead + lengths[:, None] * unit_vectors(bearings)[:, None]
+    lengths = legs_m(mission)
+    lines = ahead + lengths[:, None] * unit_vectors(BEARINGS_RAD)[:, None]
     keep_m = mission.robot_keep_m + PLACE_SLACK_M
     admitted = stands.admit(lines.reshape(-1, 2), keep_m).reshape(lines.shape[:2])
     some = [line[is_in] for line, is_in in zip(lines, admitted, strict=True) if is_in.any()]

@@ -9,7 +9,6 @@ import numpy as np
 from protocol.frames import SPEED_MPS_MAX, Point, Pose
 from protocol.legs import PLACE_SLACK_M, leg_m_min, legs_m
 from protocol.mission import Bounds, Mission
-from protocol.wire.messages import RAYS_MAX
 from world.geometry.clearance import distances
 from world.geometry.movers import Movers
 from world.geometry.moving import Moving
@@ -126,7 +125,7 @@ def legs(section: Fleet, mission: Mission) -> None:
     """There are places at which a robot can join a strand: else one that is left out searches in vain."""
     if section.robots == 1 or not mission.promises_clearance:
         return
-    if len(legs_m(mission, rays=RAYS_MAX // mission.directions * mission.directions)) > 0:
+    if len(legs_m(mission)) > 0:
         return
     least_m, most_m = leg_m_min(mission) + PLACE_SLACK_M, mission.leg_m_max
     if section.link_length_m_max < least_m:
