@@ -24,6 +24,8 @@ from protocol.timeline import (
 )
 from protocol.timeline.invariants import named
 
+NAMED_MAX = 20  # robots of a strand, on a line of a terminal; the entry itself names all
+
 
 def sentence(source: str, record: Record) -> str:
     """The sentence for an entry of this source, in plain English."""
@@ -56,7 +58,10 @@ def _segment(by: str, checked: SegmentChecked) -> str:
 
 
 def _strand(_: str, formed: StrandFormed) -> str:
-    return f"strand formed: {' < '.join(map(robot_name, formed.order))}"
+    order = [*map(robot_name, formed.order)]
+    if len(order) > NAMED_MAX:
+        return f"strand formed: {' < '.join([*order[:3], '...', order[-1]])} ({len(order)} robots)"
+    return f"strand formed: {' < '.join(order)}"
 
 
 CAUSES = {

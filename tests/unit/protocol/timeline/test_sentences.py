@@ -74,6 +74,11 @@ def test_every_entry_has_a_sentence(kind: type[Kind], data: st.DataObject) -> No
             "loss: drop message 7 on link/r1/r2",
         ),
         ("r2", formed(10_002, 1, 2), "strand formed: r1 < r2"),
+        (
+            "r2",
+            formed(10_002, *range(1, 1001)),
+            "strand formed: r1 < r2 < r3 < ... < r1000 (1000 robots)",
+        ),
         ("r2", StrandJoined(epoch=10_002, rank=1), "r2 takes place 2 in the strand"),
         (
             "r2",
