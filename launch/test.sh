@@ -68,9 +68,10 @@ check_tests() {
     ((code == 0 || (code == 5 && chosen))) || failed+=("pytest $1 $2")
 }
 
-# These have one thread each; beside the tests they cost no time of their own where there are two cores.
+# These have one thread each and give way to the tests: they compute while fleets wait.
 check_types_and_scripts() {
     local failed=()
+    renice -n 19 -p "$BASHPID" >/dev/null || true # without util-linux it costs the tests some time
     check mypy
     check mypy launch/locked.py # in no package: ROS 2 owns the name `launch`
     check_shell
@@ -84,20 +85,21 @@ check ruff format --check
 beside=$(mktemp -d)
 set -m # so that they are a process group, which an interrupt ends
 check_types_and_scripts >"$beside/said" 2>&1 &
+types_and_scripts=$!
 set +m
-trap 'rm -rf "$beside"; kill -- "-$!" 2>/dev/null || true' EXIT
+trap 'rm -rf "$beside"; kill -- "-$types_and_scripts" 2>/dev/null || true' EXIT
 command -v chromium >/dev/null ||
     clew_say "no chromium here: its tests are skipped. To install it: apt-get install -y --no-install-recommends chromium"
 check_tests -m "not processes$short" -n auto --dist worksteal "$@"
-wait $!
-cat "$beside/said"
-[[ ! -e $beside/failed ]] || mapfile -t -O "${#failed[@]}" failed <"$beside/failed"
 # A fleet waits more than it computes: two for each core. Tests of a file share what they have set up; the longest
 # files come first, and the many short ones of the browser last.
 # Each worker collects all that it is given, so where nothing is chosen it is given the files with such tests only.
 where=()
 ((chosen)) || mapfile -t where < <(printf '%s\n' tests/processes tests/browser && grep -rl 'mark\.processes' --include='test_*.py' tests/rehearsals tests/unit | sort)
 check_tests -m "processes$short" -n $(($(nproc) * 2)) --dist loadfile --no-loadscope-reorder "${where[@]}" "$@"
+wait "$types_and_scripts"
+cat "$beside/said"
+[[ ! -e $beside/failed ]] || mapfile -t -O "${#failed[@]}" failed <"$beside/failed"
 ((${#failed[@]} == 0)) && exit
 clew_say "failed: $(printf '%s; ' "${failed[@]}")"
 exit 1
