@@ -85,6 +85,9 @@ clew_pip() {
 clew_install() {
     local extra=$1 base=$2 pins=$clew_venv/requirements.txt count
     local pinned=(--require-hashes --requirement "$pins") ours=(--no-deps --no-build-isolation --editable "$clew_root")
+    # Of what the tests install they import a fifth, which is compiled as it is first imported.
+    local compiled=(--compile-bytecode)
+    [[ $extra != dev || -n ${PYTHONDONTWRITEBYTECODE-} ]] || compiled=()
     [[ $extra != run ]] || extra=
     "$base" -IS "$clew_root/launch/locked.py" ${extra:+"$extra"} >"$pins" || return
     count=$(sed -n 's/^\([a-z0-9-]*\)==.*/\1/p' "$pins" | sort -u | wc -l) # of some, two versions are pinned
@@ -92,7 +95,7 @@ clew_install() {
     if command -v uv >/dev/null; then
         [[ -w ${HOME-} ]] || local -x UV_CACHE_DIR=${UV_CACHE_DIR-$clew_venv/cache} # without a home, uv ends
         uv venv --quiet --no-project --allow-existing --python "$base" "$clew_venv" &&
-            uv pip install --quiet --compile-bytecode --python "$python" "${pinned[@]}" &&
+            uv pip install --quiet "${compiled[@]}" --python "$python" "${pinned[@]}" &&
             uv pip install --quiet --python "$python" "${ours[@]}"
     else
         "$base" -m venv "$clew_venv" &&
