@@ -1,5 +1,7 @@
 """The real cores and the real world as a system; short forms of what `clew explore` does."""
 
+from functools import cache
+
 import pytest
 from msgspec.structs import replace
 
@@ -8,7 +10,7 @@ from clew.explore.explorable import Fault
 from clew.explore.explore import explore
 from clew.explore.fleet import Fleet
 from clew.explore.moments import Moment
-from clew.explore.search import Ended, Exploration, Strike, deepen, retell
+from clew.explore.search import Ended, Exploration, Explored, Strike, deepen, retell
 from clew.explore.setting import NEVER_TICKS, SETTINGS, Kind, adjusted
 from clew.explore.without import RULES
 from protocol.fence import May
@@ -16,6 +18,12 @@ from tests.support.long import long
 
 START = SETTINGS["start"]
 SHORT = replace(START, deliveries=4, settle_ticks=50, delays_ticks=(5,), restarts_ticks=(5, NEVER_TICKS))
+
+
+@cache
+def explored() -> Explored:
+    """All schedules with one fault, to read."""
+    return Exploration(Fleet(SHORT), 1).run(lambda: True)
 
 
 def after(fleet: Fleet, moment: Moment, ticks: int) -> Moment:
@@ -36,12 +44,11 @@ def test_without_faults_three_robots_form_a_strand_and_drive() -> None:
 
 
 def test_a_fleet_goes_on_from_equal_moments_in_the_same_way() -> None:
-    one, other = (Exploration(Fleet(SHORT), 1).run(lambda: True) for _ in range(2))
-    assert one == other
+    assert Exploration(Fleet(SHORT), 1).run(lambda: True) == explored()
 
 
 def test_all_schedules_with_a_fault_in_the_first_deliveries_keep_all_promises() -> None:
-    found = Exploration(Fleet(SHORT), 1).run(lambda: True)
+    found = explored()
     assert (found.ended, found.broken) == (Ended.COMPLETE, None)
     assert found.schedules[1] > 3 * SHORT.deliveries
 
