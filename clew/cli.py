@@ -4,7 +4,9 @@ Data goes to stdout, everything else to stderr. docs/run.md lists the exit codes
 """
 
 from protocol.process.loading import loading
+from protocol.process.streams import open_streams
 
+open_streams()
 with loading():
     import contextlib
     import errno
