@@ -1,9 +1,10 @@
 """An expression over the names of a core's state, as `epoch > 20000 and not leads`. Nothing of Python is run.
 
 Rule 1: there are names, numbers, texts, `True`, `False`, `None`, `and`, `or`, `not`, comparisons, `in` with a
-        list in brackets, and the four kinds of arithmetic. Anything else is refused before the first look.
+        list in brackets, and the four kinds of arithmetic. Anything else is refused before the first look,
+        and so is an expression without a name: it is always true, or never.
 Rule 2: None is what is not there. It is equal to None alone, less or greater than nothing, and a sum with it
-        is None.
+        is None. So is a division by 0.
 """
 
 import ast
@@ -53,6 +54,8 @@ class Condition:
         except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
             raise UsageError(f"not an expression: {text!r}; {_known(names)}") from error
         self._check(self._tree, names)
+        if not any(isinstance(node, ast.Name) for node in ast.walk(self._tree)):
+            raise UsageError(f"{text!r} names nothing of the state; {_known(names)}")
 
     def holds(self, values: Mapping[str, Any]) -> bool:
         """Whether it is true of these values, which have all the names.

@@ -130,6 +130,8 @@ def test_an_expression_is_read_as_it_stands(text: str, *, is_true: bool) -> None
         "__import__('os').system('true')",
         "leads.__class__",
         "epoch ** 9",
+        "1 / 0",
+        "True",
         "[x for x in (1, 2)]",
         "x_m if leads else 1",
         "epoch if",
