@@ -253,7 +253,8 @@ def _with_drawn(outcome: Outcome, out: Path) -> Outcome:
 
 
 def _key(scene: Scene, seed: int, request: Request, plan: bytes, source_hash: str) -> str:
-    options = [seed, scene.robots, request.law, request.deployment, request.time_s_max, plan]
+    law = request.law or scene.law
+    options = [seed, scene.robots, law, request.deployment, request.time_s_max, plan]
     said = msgspec.json.encode([scene.family, scene.path.stem, *options, source_hash])
     return blake2b(scene.path.read_bytes() + said, digest_size=16).hexdigest()
 

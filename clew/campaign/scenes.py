@@ -19,6 +19,7 @@ from protocol.files.names import did_you_mean
 from protocol.files.opening import WRITTEN_BYTES_MAX, read_bytes
 from protocol.files.reading import decode
 from protocol.files.writing import make_folder, write_whole
+from protocol.law_files import named
 from protocol.run_settings import SETTINGS_FILE
 from world.scenario.reading import find
 from world.scenario.scenario import Scenario, load
@@ -46,6 +47,8 @@ class Scene:
     """Robots without room at the start."""
     widest_path_radius_m: float | None
     """The radius of the largest disc that can be moved from start to goal; None: not in the file."""
+    law: str | None
+    """The whole name of the law in the file: that of a law's file has a hash of its content."""
 
 
 def find_scenes(roots: Sequence[Path], robots: int | None, warn: Callable[[str], None]) -> list[Scene]:
@@ -122,6 +125,7 @@ def _below(root: Path, robots: int | None, broken: list[str]) -> Iterator[Scene]
                     family=path.resolve().parent.name,
                     robots=robots,
                     widest_path_radius_m=_widest_m(raw),
+                    law=_law(path, raw),
                 )
             elif (why := _flaw(path, raw)) is not None:
                 broken.append(why)
@@ -164,6 +168,15 @@ def _widest_m(raw: dict[str, Any]) -> float | None:
     stats = raw.get("stats")
     widest_m = stats.get("widest_path_radius") if isinstance(stats, dict) else None
     return float(widest_m) if isinstance(widest_m, int | float) else None
+
+
+def _law(path: Path, raw: dict[str, Any]) -> str | None:
+    section = raw.get("law")
+    said = section.get("law") if isinstance(section, dict) else None
+    try:
+        return named(said, path.parent) if isinstance(said, str) else None
+    except UsageError:
+        return None  # the episode reports why
 
 
 def _is_accepted(path: Path, robots: int, deployment: str | None) -> bool:

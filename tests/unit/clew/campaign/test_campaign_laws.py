@@ -8,6 +8,7 @@ import pytest
 from click.testing import Result
 
 from tests.support.campaigns import clew, scene
+from world.scenario.reading import SCENARIOS
 
 
 @pytest.fixture(autouse=True)
@@ -19,8 +20,9 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def campaign(law: str) -> Result:
-    return clew("campaign", "one.json", "-n", "1", "--jobs", "1", "--law", law, "--out", "out")
+def campaign(law: str | None, scene: str = "one.json") -> Result:
+    words = () if law is None else ("--law", law)
+    return clew("campaign", scene, "-n", "1", "--jobs", "1", *words, "--out", "out")
 
 
 def told(here: Path) -> dict[str, Any]:
@@ -37,6 +39,16 @@ def test_episodes_have_the_law_as_it_was_and_are_played_again_when_its_file_has_
     again = json.loads(clew(*first["replay"].split()[1:], "--json").stdout)
     assert (again["law"], again["sim_s"]) == (name, first["sim_s"])
     assert campaign("mylaw.py:mine").exit_code == 1
+    assert "never" in told(here)["episodes"][0]["reason"]
+
+
+def test_an_episode_is_played_again_when_the_law_of_its_scenario_has_changed(here: Path) -> None:
+    text = (SCENARIOS / "paper.toml").read_text()
+    (here / "one.toml").write_text(text.replace('law = "printed"', 'law = "mylaw.py:mine"'))
+    campaign(None, "one.toml")
+    assert "never" not in told(here)["episodes"][0]["reason"]
+    (here / "mylaw.py").write_text("def mine(seen): return 'never'")
+    campaign(None, "one.toml")
     assert "never" in told(here)["episodes"][0]["reason"]
 
 
