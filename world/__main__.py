@@ -16,6 +16,7 @@ with loading():
     from protocol.exit_codes import ExitCode
     from protocol.network.session import Session, read_session
     from protocol.plain import PlainFormatter
+    from protocol.process.allocation import allocate_from_one_arena
     from protocol.run_settings import SCENARIO_FILE, check_is_run, read_plan, read_settings
     from world.judge.ground import Ground
     from world.judge.together import TogetherVerdict, pass_together
@@ -33,6 +34,7 @@ STDIN = 0
 def main() -> int:
     """Run the world; returns the verdict's exit code."""
     arguments = _parse()
+    allocate_from_one_arena()
     stderr = logging.StreamHandler()
     stderr.setFormatter(PlainFormatter("world: %(message)s"))
     logging.basicConfig(handlers=[stderr], level=logging.INFO)

@@ -181,3 +181,13 @@ def test_fleet_runs_over_the_users_own_router(fleet: Fleet) -> None:
         outcome = fleet.run("paper", "-n", "2", "--speed", "max", "--json", "--connect", endpoint)
     assert outcome.code == 0, outcome.err
     assert json.loads(outcome.out)["messages"]["unaccounted"] == 0
+
+
+@pytest.mark.parametrize("part", ["protocol", "world"])
+def test_router_and_world_allocate_from_one_arena(fleet: Fleet, part: str) -> None:
+    """Other arenas of glibc are pieces of 64 MiB, most of which is only reserved."""
+    fleet.start("paper", "-n", "2", "--speed", "0.5")
+    fleet.wait_for("strand.formed")
+    maps = Path(f"/proc/{fleet.process(part)}/maps").read_text(encoding="utf-8").splitlines()
+    reserved = [line.split("-")[1].split()[0] for line in maps if line.split()[1] == "---p"]
+    assert [end for end in reserved if int(end, 16) % (64 << 20) == 0] == []
