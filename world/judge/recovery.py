@@ -12,6 +12,7 @@ Rule 4: the cause of a heal without a death is the return of a process or, if th
 from collections.abc import Iterator, Sequence
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from protocol.fence import Cause
 from protocol.keys import WORLD, robot_name, robot_number
@@ -203,6 +204,13 @@ class Recovery:
                 recovered_s=t_s,
             )
             healed_s = t_s
+
+
+def summary(record: Record) -> Record:
+    """What recovery needs of an entry: of a formation its order alone, not its places and its path."""
+    if isinstance(record, StrandFormed):
+        return replace(record, lives=(), places_m=(), laid=(), driven=())
+    return record
 
 
 def is_relevant(source: str, record: Record) -> bool:

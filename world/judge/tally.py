@@ -31,7 +31,7 @@ from protocol.timeline import (
 )
 from world.judge.attempt import Attempt
 from world.judge.books import TAKES_AWAY, Book
-from world.judge.recovery import Dated, is_relevant
+from world.judge.recovery import Dated, is_relevant, summary
 from world.judge.truth.voices import Voices
 
 
@@ -96,7 +96,7 @@ class Tally:
         self.attempt.hear(source, entry)
         robot = robot_number(source)
         if is_relevant(source, entry.record):
-            self.recovery.append((entry.t_s, source, entry.record))
+            self.recovery.append((entry.t_s, source, summary(entry.record)))
         if source == WORLD:
             self._hear_world(entry)
         elif robot is not None:

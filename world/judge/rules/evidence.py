@@ -3,7 +3,7 @@
 Rule 1: the world records fences, orders, scans and poses itself, in order. So what was in force when a body
         accepted an order is known at once. What robots record may come later: `claims` waits for it.
 Rule 2: what was planned and granted in an epoch is dropped once another epoch is in force and no undecided
-        check is about it. Only the fences and the formation of an epoch are kept.
+        check is about it. Its fences are kept, and the newest formations: an entry about one may come late.
 """
 
 import math
@@ -32,6 +32,7 @@ from world.judge.rules.grants import Grants
 from world.judge.rules.paths import Paths
 from world.judge.rules.standing import Standing
 
+FORMATIONS_KEPT = 8  # 35 kB each with 200 robots
 ROUNDING_M = 1e-6  # of sums of arc lengths, computed by one process and checked by another
 
 OF_WORLD = frozenset({FenceChanged, PoseSampled, RobotDied, ScanServed, StepFinished})
@@ -60,7 +61,7 @@ class Evidence:
 
     fences: Fences = field(default_factory=Fences)
     formed: dict[int, Formed] = field(default_factory=dict)
-    """The first formation recorded of each epoch."""
+    """The first formation recorded of each epoch that is kept."""
     paths: Paths = field(default_factory=Paths)
     grants: Grants = field(default_factory=Grants)
     scanned: dict[int, int] = field(default_factory=dict)
@@ -107,9 +108,11 @@ class Evidence:
                 pass  # of paths
 
     def forget(self, kept: Collection[int]) -> None:
-        """Rule 2: drop what was planned and granted in all other epochs."""
+        """Rule 2: drop what was planned and granted in all other epochs, and their old formations."""
         self.paths.forget(kept)
         self.grants.forget(kept)
+        for epoch in sorted(self.formed.keys() - kept)[:-FORMATIONS_KEPT]:
+            del self.formed[epoch]
 
     def may_have_said_more(
         self, robot: int, t_s: float, heard_s: float, *, since_s: float = math.inf

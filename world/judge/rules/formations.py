@@ -88,6 +88,7 @@ class Formations:
         rank, life = formed.ranks.get(coordinator), fences[indices[0]].life
         if rank is not None and rank < len(strand.lives) and strand.lives[rank] != life:
             yield f"made the formation of epoch {epoch} in another life than {life}, which coordinates it"
+        self._made = {each: made for each, made in self._made.items() if each in self._evidence.formed}
         self._made[epoch] = formed
         for index in indices:
             yield from (breach.why for _, breach in self._late_turn(fences.times_s[index], fences[index]))

@@ -1,17 +1,24 @@
 """Judging as entries come: what is certain, what waits, and what ending costs."""
 
+import gc
+import itertools
 from collections import Counter
 from collections.abc import Iterator
 
+import msgspec
 import pytest
 
-from protocol.timeline import Entry, PoseSampled, PromiseBroken, Record
-from tests.support.histories.fenced import EXACT, RUN, Said, grant, order, run
+from protocol.fence import Cause, May
+from protocol.timeline import Entry, PoseSampled, PromiseBroken, Record, StrandFormed
+from tests.support.histories.fenced import EXACT, RUN, Said, fence, formation, grant, order, run
 from tests.support.logs.driving_logs import ORDER, entries, scenario
 from world.judge.judgement import Court, Judge, judge
 from world.judge.monitor import Monitor
 from world.judge.moves import LAG_S, Intervals
 from world.judge.rules.distances import MOVES_AT_ONCE
+from world.judge.rules.evidence import FORMATIONS_KEPT
+from world.judge.tally import Tally
+from world.judge.truth.arrivals import STRANDS_KEPT
 
 SHORT, LONG = 3_000, 30_000
 UNDECIDED_MAX = MOVES_AT_ONCE + len(ORDER) * round(LAG_S / 0.1 + 2)
@@ -52,6 +59,31 @@ def test_what_is_kept_does_not_grow_with_the_entries() -> None:
         judging.hear(source, entry)
         most = max(most, judging.undecided)
     assert most <= UNDECIDED_MAX
+
+
+def formed(generation: int) -> Iterator[Said]:
+    """Another epoch of robot 2, in which a strand forms."""
+    epoch, t_s = 10_000 * generation + 2, float(generation)
+    yield t_s, "world", fence(epoch, 0, cause=Cause.OUTSIDERS)
+    yield t_s + 0.1, "r2", formation(epoch, 1, 1.2, 0.6, 0.0)
+    yield t_s + 0.2, "world", fence(epoch, 1, May.ALL, named=1, members=3)
+
+
+def held() -> int:
+    """How many formations are held in memory with their paths."""
+    gc.collect()
+    return sum(isinstance(each, StrandFormed) and len(each.laid) > 0 for each in gc.get_objects())
+
+
+def test_what_is_kept_does_not_grow_with_the_formations() -> None:
+    judging, tally, counts, before = Judge(scenario()), Tally(), Counter[str](), held()
+    for t_s, source, record in itertools.chain.from_iterable(map(formed, range(1, 60))):
+        counts[source] += 1
+        for hear in (judging.hear, tally.hear):  # each reads the timeline for itself
+            copy = msgspec.convert(msgspec.to_builtins(record), type(record))
+            hear(source, Entry(n=counts[source], t_s=t_s, hlc="", record=copy))
+    assert judging.judgement.breaches == ()
+    assert held() - before <= FORMATIONS_KEPT + STRANDS_KEPT + 2
 
 
 @pytest.mark.parametrize("many", [SHORT, LONG])
