@@ -60,6 +60,8 @@ class Tally:
     goal_reached: bool = False
     over_s: float = math.inf
     """When the run was over: a view in which a robot is bound later takes nothing from its arrival."""
+    is_resumed: bool = False
+    """Whether the world that knew when the run was over may have been killed: robots that settle tell it."""
     switching_steps: int = 0
     switching_positions: list[Point] = field(default_factory=list)
     """The leader's positions before its first step and after each step [world frame]."""
@@ -71,6 +73,8 @@ class Tally:
     struck: set[str] = field(default_factory=set)
     """The rules of fault plans that struck at least once."""
     _voices: Voices = field(default_factory=Voices)
+    _bound: dict[int, float] = field(default_factory=dict)
+    """When robots that had arrived were bound in another view."""
     _formed: int = 0
     """The epoch of the newest formation."""
     _left_out: frozenset[int] = frozenset()
@@ -119,8 +123,9 @@ class Tally:
             self.removed[book] = +counts
 
     def end(self, t_s: float) -> None:
-        """The run is over."""
-        self.over_s = t_s
+        """The run is over, or was by then."""
+        self.over_s = min(self.over_s, t_s)
+        self.arrived |= {robot for robot, bound_s in self._bound.items() if bound_s >= self.over_s}
 
     def _hear_world(self, entry: Entry) -> None:
         match entry.record:
@@ -130,6 +135,7 @@ class Tally:
             case RobotRestarted(robot=robot):
                 self.restarted.add(robot)
                 self.arrived.discard(robot)  # it has lost its place
+                self._bound.pop(robot, None)
                 self._disturb(entry.t_s)
             case RobotReturned():
                 self._disturb(entry.t_s)
@@ -151,8 +157,8 @@ class Tally:
             case RobotArrived():
                 self.arrived.add(robot)
                 self.arrived_s = max(self.arrived_s, entry.t_s)
-            case StrandJoined() | ViewJoined() if entry.t_s < self.over_s:
-                self.arrived.discard(robot)  # it has no place in the new strand yet
+            case StrandJoined() | ViewJoined():
+                self._bind(robot, entry.t_s)
             case StrandFormed(epoch=epoch):
                 self._form(epoch, entry.t_s)
             case RobotStranded() as stranded if stranded.epoch >= self._formed:
@@ -162,11 +168,23 @@ class Tally:
             case RouteLost() as lost:
                 self.route_lost = self.route_lost or (entry.t_s, lost)
             case RobotSettled() as settled:
-                self.settled[robot] = settled
+                self._settle(robot, settled, entry.t_s)
             case TrafficCounted() as counted:
                 self.counted[robot] = counted
             case _:
                 pass  # not counted
+
+    def _bind(self, robot: int, t_s: float) -> None:
+        """A robot is in another view or strand, in which it has no place yet."""
+        if t_s < self.over_s and robot in self.arrived:
+            self.arrived.discard(robot)
+            self._bound[robot] = t_s
+
+    def _settle(self, robot: int, settled: RobotSettled, t_s: float) -> None:
+        """A robot knows that the run is over."""
+        self.settled[robot] = settled
+        if self.is_resumed:
+            self.end(t_s)
 
     def _strand(self, stranded: RobotStranded, t_s: float) -> None:
         """A robot is stranded; whose body is in the way a later view may not know."""

@@ -118,7 +118,7 @@ class Past:
     incarnations: dict[int, str] = field(default_factory=dict)
     unlawful: set[PromiseBroken] = field(default_factory=set)
     """The violations that were recorded."""
-    tally: Tally = field(default_factory=Tally)
+    tally: Tally = field(default_factory=lambda: Tally(is_resumed=True))
     ended: str | None = None
     """The reason for the end, if everything but the verdict was written."""
 
