@@ -43,7 +43,8 @@ def _leg_may_be_clear(seen: View, ahead: Floats, mission: Mission, *, rays: int)
 def hides_way(seen: View, ahead: Floats, mission: Mission) -> bool:
     """Whether a hull that was taken out of a scan stands on the way: the scan shows nothing behind it.
 
-    The robot ahead apart, at whose place the way ends. What stands beside the way hides nothing of it.
+    The robot ahead apart, at whose place the way ends. What stands beside the way hides nothing on it; what
+    may reach out of its shadow is for `agents.navigation.leg`.
     """
     taken_out = seen.points[~seen.hits & (seen.ranges_m < mission.range_m_max)]
     hulls = taken_out[~on_discs(taken_out, ahead[None], within_m=mission.hull_reach_m)]

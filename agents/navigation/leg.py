@@ -1,10 +1,13 @@
 """The clearance of a straight way from where a robot stands, from its own scan.
 
-Obstacles beside the way hide nothing on it: what they hide is further from the way than they are. So the hits
-alone are enough.
+Rule 1: what is beside the way hides nothing on it: what it hides is further from the way. So hits are enough.
+Rule 2: what it hides may reach out of its shadow, up to the next ray. Beside a hit this is no nearer than a
+        scan is sure (`agents.navigation.sure`). Beside a hull that was taken out of the scan as a robot's,
+        it begins where that robot keeps off obstacles and bodies.
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -41,7 +44,28 @@ def body_clearance_m(seen: View, end: Floats, mission: Mission) -> float:
 def _certain_m(seen: View, end: Floats, mission: Mission, *, bodies_only: bool) -> float:
     known = sure(seen, mission, leave_out=~seen.hits, bodies_only=bodies_only)
     beside_hits = np.isfinite(known.ranges_m)
-    return _clearance_m(seen, end, mission, known.starts[beside_hits], known.ends[beside_hits])
+    hidden = _behind_hulls(seen, end, mission, bodies_only=bodies_only)
+    starts = np.concatenate([known.starts[beside_hits], hidden[0]])
+    ends = np.concatenate([known.ends[beside_hits], hidden[1]])
+    return _clearance_m(seen, end, mission, starts, ends)
+
+
+def _behind_hulls(seen: View, end: Floats, mission: Mission, *, bodies_only: bool) -> tuple[Floats, Floats]:
+    """Rule 2: from where on hulls beside the way may hide something, as segments (n, 2), (n, 2).
+
+    What is beyond the way's end is nearer to the robot ahead: that one keeps off it (`protocol.legs`).
+    """
+    taken_out = ~seen.hits & (seen.ranges_m < mission.range_m_max)
+    off_m = distances_to_segments(seen.points, seen.position, end)
+    beside = taken_out & (off_m >= mission.hull_reach_m)
+    radius_m = mission.robot_radius_m
+    kept_m = radius_m + max(0.0, min(mission.epsilon_m, mission.separation_m) - mission.mu0_m)
+    past_m = np.minimum(seen.ranges_m + math.sqrt(kept_m**2 - radius_m**2), mission.range_m_max)
+    known = sure(replace(seen, ranges_m=past_m), mission, leave_out=~beside, bodies_only=bodies_only)
+    way = end - seen.position
+    is_beyond = [(each - end) @ way > 0.0 for each in (known.starts, known.ends)]
+    hidden = np.isfinite(known.ranges_m) & ~(is_beyond[0] & is_beyond[1])
+    return known.starts[hidden], known.ends[hidden]
 
 
 def certain_clearance_m_min(mission: Mission) -> float:

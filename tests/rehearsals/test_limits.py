@@ -103,3 +103,50 @@ def test_no_dead_robot_beside_the_robot_ahead_is_taken_for_that(tmp_path: Path) 
     rehearsal = Rehearsal(scenario, 1, Plan(name="test", rules=(Kill(from_s=0.05, target="r2"),))).run()
     assert judge(scenario, rehearsal.entries).breaches == ()
     assert rehearsal.world.ending is Ending.ARRIVED
+
+
+HIDDEN = """
+name = "hidden"
+[fleet]
+robots = 6
+robot_radius_m = 0.1
+separation_m = 0.05
+link_length_m_max = 2.0
+places = [
+    [0.822, 0.2998, 0.0],
+    [0.72, 0.8, 0.0],
+    [1.3, 0.85, 0.0],
+    [1.75, 0.15, 0.0],
+    [1.28, 0.0, 0.0],
+    [0.0, 0.0, 0.0],
+]
+[law]
+epsilon_m = 0.1
+mu0_m = 0.012
+[goal]
+at_m = [0.822, 0.2998]
+tolerance_m = 0.05
+[sensor]
+directions = 80
+range_m_max = 2.4
+[drive]
+speed_mps = 0.5
+speed_mps_min = 0.05
+speed_mps_max = 1.0
+turn_rate_radps = 3.0
+[time]
+time_s_max = 60.0
+[[obstacle]]
+shape = "polygon"
+vertices_m = [[1.0465, 0.1688], [1.244, 0.2001], [1.2127, 0.3976], [1.0152, 0.3663]]
+"""
+
+
+def test_the_tail_passes_a_corner_that_the_leader_hides_beside_its_leg(tmp_path: Path) -> None:
+    """The strand lies in a hook: the leader stands at the goal, beside the leg of the tail, hiding a box."""
+    path = tmp_path / "hidden.toml"
+    path.write_text(HIDDEN)
+    scenario = load(str(path))
+    rehearsal = Rehearsal(scenario, 1).run()
+    assert judge(scenario, rehearsal.entries).breaches == ()
+    assert rehearsal.world.ending is Ending.ARRIVED

@@ -1,19 +1,22 @@
-"""What the hull of the robot ahead hides beside the end of a leg."""
+"""What hulls hide beside a leg: that of the robot ahead, and others."""
 
 import math
+from itertools import product
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
 from agents.membership.legs import leg_is_clear, leg_needs_closer_look, without_hulls
+from agents.navigation.leg import certain_clearance_m_min
 from agents.navigation.scan import View
-from protocol.arrays import distances_to_segments, scan_bearings_rad
+from protocol.arrays import distances_to_segments, scan_bearings_rad, unit_vectors
 from protocol.legs import hull_hides
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
+from world.geometry.clearance import clearance, distances
 from world.geometry.rays import cast
-from world.geometry.shapes import Circle, ground_of
+from world.geometry.shapes import Circle, Polygon, ground_of
 from world.scenario.scenario import load
 
 MISSION = replace(
@@ -90,3 +93,49 @@ def test_a_leg_that_few_rays_beside_the_hull_ahead_leave_unsure_is_looked_at_clo
     assert (leg_is_clear(view, ahead, far), leg_needs_closer_look(view, ahead, far)) == (False, True)
     near = np.array([0.45, 0.0])
     assert not leg_needs_closer_look(sees(np.array([0.45, 1.0]), near), near, MISSION), "no look shows more"
+
+
+COARSE = replace(
+    MISSION,
+    robot_radius_m=0.1,
+    epsilon_m=0.1,
+    mu0_m=0.012,
+    separation_m=0.05,
+    directions=80,
+    range_m_max=2.4,
+    link_length_m_max=2.0,
+)
+AHEAD = np.array([1.3, 0.0])
+
+
+def box_beside(ray: int, from_m: float) -> Polygon:
+    """A box with a corner just beside this ray from `HERE`, and a side along it, so that the ray passes."""
+    along, across = unit_vectors(np.array([0.0, math.pi / 2.0]) + ray * math.tau / COARSE.directions)
+    low = from_m * along + 1e-3 * across
+    corners = [low, low + 0.2 * along, low + 0.2 * along + 0.2 * across, low + 0.2 * across]
+    return Polygon(vertices_m=tuple((float(x_m), float(y_m)) for x_m, y_m in corners))
+
+
+def is_seen_clear(box: Polygon, beside: np.ndarray) -> bool:
+    """Whether the leg is clear beside this box and a robot, which keep from each other what they have to."""
+    robots, ground = np.array([beside, AHEAD]), ground_of((box,))
+    keep_m = COARSE.robot_radius_m + COARSE.epsilon_m
+    if min(distances(ground, each)[0] for each in robots) < keep_m:
+        return False
+    discs = np.column_stack((robots, np.full(2, COARSE.robot_radius_m)))
+    bearings = scan_bearings_rad(COARSE.directions)
+    ranges = cast(ground, HERE, bearings, range_m_max=COARSE.range_m_max, discs=discs)
+    view = View(HERE, bearings, ranges, ranges < COARSE.range_m_max, 0.0)
+    return leg_is_clear(without_hulls(view, robots, COARSE), AHEAD, COARSE)
+
+
+def test_on_a_clear_leg_no_corner_is_too_near_that_a_robot_beside_the_leg_may_hide() -> None:
+    """What a hull hides may reach out of its shadow up to the next ray."""
+    tried = product((2, 3, 4), np.linspace(1.0, 1.1, 6).tolist(), np.linspace(0.7, 0.9, 11), (0.3, 0.4))
+    clear = [
+        float(clearance(ground_of((box,)), HERE[None], AHEAD[None])[0])
+        for box, place in ((box_beside(ray, from_m), place) for ray, from_m, *place in tried)
+        if is_seen_clear(box, np.array(place))
+    ]
+    assert clear, "what is hidden far off is in nobody's way"
+    assert min(clear) - COARSE.robot_radius_m >= certain_clearance_m_min(COARSE)
