@@ -24,10 +24,22 @@ class MessageRefusedError(ClewError):
     """A peer's message breaks the protocol: it is counted, logged with its sender, and dropped."""
 
 
-def sentence_of(error: Exception) -> str:
-    """What an error of our own says: its message, and the last calls with file and line."""
+def recordable(text: str) -> str:
+    """The text as a timeline can hold it: not too long, and without halves of characters."""
+    return text[:REASON_LENGTH_MAX].encode(errors="backslashreplace").decode()[:REASON_LENGTH_MAX]
+
+
+def sentence_of(error: BaseException) -> str:
+    """What an error says: its message, and the last calls with file and line."""
     frames = reversed(traceback.extract_tb(error.__traceback__))
     calls = (
         f"{Path(frame.filename).name}:{frame.lineno} {frame.name}" for frame in islice(frames, FRAMES_MAX)
     )
-    return f"{type(error).__name__}: {error} ({', '.join(calls)})"[:REASON_LENGTH_MAX]
+    return recordable(f"{type(error).__name__}: {_message_of(error)} ({', '.join(calls)})")
+
+
+def _message_of(error: BaseException) -> str:
+    try:
+        return str(error)
+    except Exception:  # it may be of a user's kind
+        return "it cannot say why"

@@ -24,7 +24,7 @@ from agents.navigation.obstacles import Obstacle
 from agents.navigation.scan import fix
 from agents.navigation.step import GAIN_M, Sight, Step
 from protocol.arrays import Floats, xy
-from protocol.errors import REASON_LENGTH_MAX, sentence_of
+from protocol.errors import recordable, sentence_of
 from protocol.frames import wrap
 from protocol.laws import register
 from protocol.mission import Mission
@@ -151,13 +151,12 @@ def asked(law: Law, seen: Seen) -> Step | Refused:
     try:
         said = law(seen)
         step = said if said is None or isinstance(said, str) else _whole(said, gaps=len(seen.gaps))
-    except Exception as error:  # rule 3: the law is the user's
-        why = f"the law {name} failed: {sentence_of(error)}"
-        return Refused(Why.FAILED, why[:REASON_LENGTH_MAX])
+    except (Exception, SystemExit) as error:  # rule 3: the law is the user's
+        return Refused(Why.FAILED, recordable(f"the law {name} failed: {sentence_of(error)}"))
     if step is None or isinstance(step, str) or step.length_m == 0.0:
         step = step if isinstance(step, str) else None
         why = step or f"the law {name} proposes no step from here"
-        return Refused(Why.NOTHING, why[:REASON_LENGTH_MAX])
+        return Refused(Why.NOTHING, recordable(why))
     return _certified(step, seen) if seen.mission.promises_clearance else step
 
 

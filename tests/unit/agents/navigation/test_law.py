@@ -1,6 +1,7 @@
 """What becomes of what a law proposes: driven as it is, shortened, or refused with a reason."""
 
 import math
+import sys
 from collections.abc import Callable
 
 import numpy as np
@@ -72,10 +73,28 @@ def raising(_: Seen) -> Step:
     raise RuntimeError("no idea")
 
 
+class UnspeakableError(Exception):
+    """An error that cannot say what it is."""
+
+    def __str__(self) -> str:
+        raise RuntimeError
+
+
+def raising_an_unspeakable_error(_: Seen) -> Step:
+    raise UnspeakableError
+
+
+def raising_half_a_character(_: Seen) -> Step:
+    raise RuntimeError("half of one: \ud83d")
+
+
 @pytest.mark.parametrize(
     ("law", "why"),
     [
         (raising, r"RuntimeError: no idea \(test_law.py:\d+ raising"),
+        (raising_an_unspeakable_error, "UnspeakableError: .*raising_an_unspeakable_error"),
+        (raising_half_a_character, r"half of one: \\ud83d"),
+        (lambda _: sys.exit("enough"), "SystemExit: enough"),
         (lambda _: Step(math.nan, 1.0), "got nan rad and 1.0 m"),
         (lambda _: Step(0.0, math.inf), "got 0.0 rad and inf m"),
         (lambda _: Step(0.0, -1.0), "got 0.0 rad and -1.0 m"),
@@ -104,6 +123,7 @@ def test_a_law_that_fails_is_refused_at_once_with_the_reason(
     refused = step_through(AHEAD, MISSION)
     assert isinstance(refused, NoStep)
     assert len(times) == 1
+    refused.reason.encode()  # else no timeline can hold it
     with pytest.raises(ValueError, match=f"^the law mine failed: .*{why}"):
         raise ValueError(refused.reason)
 
@@ -117,7 +137,8 @@ def test_numbers_of_numpy_become_plain_ones(use: Callable[[Law], None]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("said", "reason"), [(None, "the law mine proposes no step from here"), ("no!", "no!")]
+    ("said", "reason"),
+    [(None, "the law mine proposes no step from here"), ("no!", "no!"), ("\ud83d?", r"\ud83d?")],
 )
 def test_a_law_that_proposes_nothing_is_asked_again_only_from_a_closer_look_and_when_the_strand_stands(
     use: Callable[[Law], None], said: str | None, reason: str
