@@ -1,0 +1,104 @@
+"""`clew compare`: two campaigns against each other, measure by measure."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from clew.verbs.options import AS_JSON
+from clew.verbs.say import console, say, say_json, warn
+from protocol.errors import UsageError
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from clew.campaign.compare import Asked, Compared
+    from clew.campaign.episode import Outcome
+
+PATH = click.Path(path_type=Path)
+SHOWN = {
+    "no_promise_broken": ("no promise broken [%]", 100.0),
+    "arrived": ("arrived [%]", 100.0),
+    "sim_s": ("time [s]", 1.0),
+    "path_m": ("driven by all [m]", 1.0),
+    "switching_steps": ("switching steps", 1.0),
+    "events_per_m": ("planning events [1/m]", 1.0),
+    "clearance_margin_m": ("margin of clearance [mm]", 1000.0),
+}
+"""Each measure for people: its name with its unit, and how many of that unit are one of SI."""
+
+
+@click.command()
+@click.argument("a", metavar="A", type=PATH)
+@click.argument("b", metavar="B", type=PATH)
+@AS_JSON
+def compare(*, a: Path, b: Path, as_json: bool) -> None:
+    """Compare two campaigns, A and B: for example, two laws on the same scenes.
+
+    Episodes of the same family, scene and seed are paired. Each difference, B - A, has a 95 % confidence
+    interval over scenes. Shares are of all pairs, other measures of the pairs in which both fleets arrived.
+    """
+    from clew.campaign.compare import compare as compared
+
+    (ours, a_asked), (theirs, b_asked) = map(_read, (a, b))
+    found = compared(ours, theirs, (a_asked, b_asked))
+    if as_json:
+        say_json(found)
+        return
+    console().print(_table(found.measures))
+    for name, (one, other) in found.asked.items():
+        say(f"asked differently: {name}: A {_said(one)}, B {_said(other)}")
+    left = f"; only in A: {found.only_a}, only in B: {found.only_b}" if found.only_a or found.only_b else ""
+    say(f"{found.pairs} pairs of {found.scenes} scenes{left}. A: {a}, B: {b}")
+
+
+def _read(folder: Path) -> "tuple[tuple[Outcome, ...], Asked]":
+    """The outcomes of a campaign, and what was asked of it where `campaign.json` says so.
+
+    Raises:
+        UsageError: there is no campaign, or none that can be read.
+    """
+    import msgspec
+
+    from clew.campaign.campaign import CAMPAIGN_FILE, EPISODES_FILE
+    from clew.campaign.compare import Asked
+    from clew.figures.outcomes import read_campaign
+    from protocol.files.opening import MADE_BYTES_MAX, read_bytes
+
+    path = folder / CAMPAIGN_FILE if folder.is_dir() else folder
+    if not path.exists() and not path.with_name(EPISODES_FILE).exists():
+        raise UsageError(f"{folder}: no campaign is there (clew log diff compares two runs)")
+    outcomes, flaws = read_campaign(path)
+    for flaw in flaws:
+        warn(f"{folder}: not complete: {flaw}")
+    try:
+        return outcomes, msgspec.json.decode(read_bytes(path, MADE_BYTES_MAX), type=Asked)
+    except (OSError, msgspec.MsgspecError):
+        return outcomes, Asked()
+
+
+def _table(measures: "Iterable[Compared]") -> "Table":
+    from rich.table import Table
+    from rich.text import Text  # [s] in a plain text would be markup
+
+    drawn = Table("measure", "pairs", "counted", "A", "B", "B - A", "95 % from", "to")
+    for column in drawn.columns[1:]:
+        column.justify = "right"
+    for each in measures:
+        name, per_si = SHOWN[each.measure]
+        values = (
+            _cell(each.a, per_si),
+            _cell(each.b, per_si),
+            *(_cell(value, per_si, sign="+") for value in (each.difference, each.low, each.high)),
+        )
+        drawn.add_row(Text(name), str(each.pairs), str(each.counted), *values)
+    return drawn
+
+
+def _cell(value: float | None, per_si: float, sign: str = "") -> str:
+    return "-" if value is None else format(value * per_si, f"{sign}.2f")
+
+
+def _said(value: object) -> str:
+    return "as each scene says" if value is None else str(value)
