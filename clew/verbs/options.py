@@ -28,7 +28,8 @@ class Word(click.Choice[str]):
 
     def get_invalid_choice_message(self, value: object, ctx: click.Context | None) -> str:
         """The refusal."""
-        return super().get_invalid_choice_message(value, ctx) + did_you_mean(str(value), self.choices)
+        refusal = super().get_invalid_choice_message(value, ctx).removesuffix(".")
+        return refusal + (did_you_mean(str(value), self.choices) or ".")
 
 
 class _OnlyFinite(click.ParamType[float]):
