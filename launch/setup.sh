@@ -129,6 +129,8 @@ clew_make() {
     clew_is_ready "$extra" && return
     base=$(clew_find_python) || exit
     clew_claim "$extra"
+    # Only its own Python can extend what was kept; another one may come first since, as after `conda activate`.
+    base=$("$python" -IS -c 'import sys; print(sys._base_executable)' 2>/dev/null || echo "$base")
     SECONDS=0
     clew_say "setting up $clew_venv with $("$base" -V) (once; a minute or two)"
     clew_install "$made_for" "$base" >&2 || clew_refuse "setting up $clew_venv failed, see above; nothing of it will be used"

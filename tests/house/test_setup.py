@@ -118,6 +118,21 @@ def test_a_working_environment_is_kept_during_its_update(checkout: Path) -> None
     assert (checkout / ".venv" / "in use").exists()
 
 
+def test_a_working_environment_is_extended_with_its_own_python(checkout: Path) -> None:
+    """A `venv` of another Python fails in it, as after `conda activate`."""
+    other = checkout / "other" / "python3"
+    other.parent.mkdir()
+    other.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} "$@"\n')
+    other.chmod(0o755)
+    install = f'clew_install() {{ {LINK} && echo "$2" >&2; }}'
+    found, kept = (
+        bash(f"{install}; set_up {each}", checkout, PATH=path)
+        for each, path in (("run", os.environ["PATH"]), ("tools", f"{other.parent}:{os.environ['PATH']}"))
+    )
+    assert (found.returncode, kept.returncode) == (0, 0)
+    assert str(other) not in kept.stderr
+
+
 def test_an_environment_that_cannot_be_made_is_refused_in_one_line(checkout: Path) -> None:
     place = checkout / "pyproject.toml" / "env"
     said = bash(f"{INSTALL}; set_up run", checkout, CLEW_VENV=str(place))
