@@ -17,7 +17,7 @@ from protocol.plain import plain
 ALL = "all"
 ARRIVALS = {
     "arrived": "arrived",
-    "no_way": "had no way",
+    "no_way": "found no way",
     "not_asked": "were not asked to",
     "failed": "failed",
 }

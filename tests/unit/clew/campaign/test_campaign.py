@@ -66,7 +66,7 @@ def test_a_campaign_without_surprises_exits_0_and_prints_a_row_for_each_family(s
     assert [families["posts"][fact] for fact in facts] == [2, 2, 0, 0, 0, 2, 0, 0]
     assert [families["walls"][fact] for fact in facts] == [2, 0, 2, 0, 0, 0, 2, 0]
     assert said.stdout.splitlines()[-1].startswith(
-        "OK: no promise broken in 4 runs; 2 arrived, 2 had no way. Campaign: "
+        "OK: no promise broken in 4 runs; 2 arrived, 2 found no way. Campaign: "
     )
 
 
