@@ -16,7 +16,7 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -25,7 +25,7 @@ import msgspec
 from msgspec import structs
 
 from clew.api.fleet import Asked, Fleet, WaitFailedError
-from clew.api.rehearsed import RehearsedFleet, asked_of
+from clew.api.rehearsed import Faults, RehearsedFleet, asked_of
 from clew.fleet.folder import RUNS, make_latest
 from clew.fleet.live import Launched
 from clew.fleet.options import speed_of
@@ -65,7 +65,7 @@ def launch(
     law: str | None = None,
     deployment: str | None = None,
     speed: Speed = 1.0,
-    faults: Iterable[Rule] = (),
+    faults: Faults = (),
     out: Path | str | None = None,
     stage: Literal["live", "rehearsal"] = "live",
 ) -> Fleet:

@@ -17,12 +17,16 @@ from clew.rehearsal.recorded import Recorded
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
+from protocol.faults.plan import load as load_plan
 from protocol.faults.rules import Rule
 from protocol.files.reading import understand
 from protocol.run_settings import Settings
 from world.faults import RunFaults
 from world.record.lines import Line
 from world.scenario.scenario import Scenario, load
+
+Faults = Iterable[Rule] | str | Path
+"""Rules; or a plan, by its name in `launch/faults/` or its file."""
 
 
 def rehearse(
@@ -32,7 +36,7 @@ def rehearse(
     seed: int = 1,
     law: str | None = None,
     deployment: str | None = None,
-    faults: Iterable[Rule] = (),
+    faults: Faults = (),
     out: Path | str | None = None,
 ) -> Run:
     """Rehearse a fleet to its end, as `clew rehearse` does; returns the run.
@@ -47,7 +51,7 @@ def rehearse(
         seed: decides every random draw.
         law: its name, or `FILE.py:NAME`, instead of the scenario's.
         deployment: `random`, instead of the scenario's places.
-        faults: what goes wrong, as `clew.drop("ahead", p=0.3)`.
+        faults: rules, as `clew.drop("ahead", p=0.3)`; or a plan: a name in `launch/faults/`, or a file.
         out: the run's folder, new or empty; default: a new one in `runs/`.
 
     Raises:
@@ -65,7 +69,7 @@ def asked_of(
     *,
     robots: int | None,
     seed: int,
-    faults: Iterable[Rule],
+    faults: Faults,
     out: Path | str | None,
     law: str | None = None,
     deployment: str | None = None,
@@ -94,10 +98,14 @@ def asked_of(
 
 
 def _rules(faults: object) -> tuple[Rule, ...]:
+    if isinstance(faults, str | Path):
+        return load_plan(str(faults)).rules
     given = tuple(faults) if isinstance(faults, Iterable) else (faults,)
     for each in given:
         if not isinstance(each, Rule):
-            raise UsageError(f"faults: must be a list of rules, such as clew.drop(p=0.3), got {faults!r}")
+            raise UsageError(
+                f"faults: must be a plan, or a list of rules such as clew.drop(p=0.3), got {faults!r}"
+            )
     return given
 
 

@@ -40,9 +40,10 @@ def launched(scenario: object = "grove", **asked: Any) -> object:  # noqa: ANN40
         ({"law": "nope"}, r"grove: \$\.law\.law: must be one of .* \(law = nope instead of certified\)"),
         ({"law": print}, "law: must be a name; clew.register_law gives one to a function"),
         ({"deployment": "randm"}, r"grove: .*did you mean 'random'\? \(deployment = randm\)"),
-        ({"faults": "leader-killed"}, r"faults: must be a list of rules, such as .*, got 'leader-killed'"),
-        ({"faults": [3]}, r"faults: must be a list of rules, such as .*, got \[3\]"),
-        ({"faults": None}, "faults: must be a list of rules, .*, got None"),
+        ({"faults": "leader-kiled"}, r"unknown fault plan 'leader-kiled': .*did you mean 'leader-killed'\?"),
+        ({"faults": Path("none.toml")}, r"none\.toml: cannot be read: No such file or directory"),
+        ({"faults": [3]}, r"faults: must be a plan, or a list of rules such as .*, got \[3\]"),
+        ({"faults": None}, "faults: must be a plan, or a list of rules .*, got None"),
         ({"scenario": 3}, "scenario: must be a name, a file or a scenario, got 3"),
     ],
 )
@@ -78,3 +79,14 @@ def test_a_scenario_may_be_a_path_numbers_those_of_numpy_and_faults_a_single_rul
     run = clew.rehearse(path, robots=np.int64(2), seed=np.int64(3), faults=rule, out="run")  # type: ignore[arg-type] # a list is the documented way
     assert (run.seed, run.scenario.fleet.robots) == (3, 2)
     assert {fault.fault for fault in run.faults} == {"drop"}
+
+
+def test_a_fault_plan_is_given_by_its_name_or_its_file(here: Path) -> None:
+    plan = here / "mine.toml"
+    plan.write_text('name = "mine"\n[[rule]]\nfault = "kill"\ntarget = "leader"\nfrom_s = 3.0\n')
+    runs = [
+        clew.rehearse("grove", robots=2, faults=faults)
+        for faults in ("leader-killed", "mine.toml", plan, [clew.kill("leader", from_s=3.0)])
+    ]
+    assert [run.at(20.0).leader for run in runs] == [2, 2, 2, 2]
+    assert [len(run.faults) for run in runs] == [1, 1, 1, 1]
