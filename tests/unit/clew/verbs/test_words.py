@@ -63,6 +63,7 @@ def test_a_mistyped_word_is_refused_in_one_line_that_says_which_is_near(
     said = clew(*arguments)
     assert (said.exit_code, said.stdout, said.stderr.count("\n")) == (2, "", 1)
     assert re.search(f"[Dd]id you mean {near}", said.stderr)
+    assert ".;" not in said.stderr
 
 
 @pytest.mark.parametrize("arguments", REFUSED, ids=" ".join)
