@@ -6,7 +6,10 @@ Rule 2: until then it goes to the nearest such place, as far as it knows; unknow
         are certified as the leader's are; robots are obstacles, and the map does not keep them.
         A robot may stand nearer to something than a step may come, for example beside a robot that died in a
         queue. It may pass that at the distance that it has promised to keep and a little more.
-Rule 3: where obstacles move, a remembered hit is dropped when a scan shows free ground there.
+        A spot that the closest look refuses is closed until the turn ends. Else the robot goes to and fro
+        between two of them.
+Rule 3: where obstacles move, a remembered hit is dropped when a scan shows free ground there, and a refused
+        spot is closed in one plan only.
 Rule 4: legs of the strand may be crossed on the way: nobody drives on them before all are in place.
 Rule 5: a search ends when its way is twice as long as it first seemed. Other robots may have shorter ways; in
         its next turn the robot begins from what it knows by then. It ends, too, for one that creeps, or goes
@@ -73,6 +76,7 @@ class Joining:
     def begin(self, here: Floats, *, epoch: int, robots: int) -> None:
         """Begin a turn, beside so many robots. Where nothing moves, only one that comes or goes is news."""
         self._epoch, self._left_m = epoch, None
+        self._map.reopen()
         if robots != self._robots or self._mission.obstacles_move:
             self._robots = robots
             self._map = Map(self._mission, here)
@@ -98,7 +102,7 @@ class Joining:
         step = self._step(view, stands)
         if isinstance(step, Step):
             return self._record(step, view, view.hits & ~seen.hits)
-        return step if closer(self._mission, len(view.ranges_m)) is None else LookCloser()
+        return step
 
     def clear(self, view: View, robots: Floats) -> StepPlanned | NoStep:
         """The shortest step to where a robot that follows could come; for the leader."""
@@ -121,7 +125,7 @@ class Joining:
         known = np.concatenate([self._hits, np.round(hit_points / HIT_M) * HIT_M])
         self._hits = np.unique(known.view(np.complex128)).view(np.float64).reshape(-1, 2)
 
-    def _step(self, view: View, stands: Stands) -> Step | NoStep:
+    def _step(self, view: View, stands: Stands) -> Step | NoStep | LookCloser:
         places = places_behind(stands, self._hits, self._mission)
         walls = self._walls(view, stands)
         # Where it stands it is not in place, whatever is remembered.
@@ -143,8 +147,13 @@ class Joining:
             step = step or certified_step_to_goal(view, walls, cost_to_go)
             if step is not None:
                 return step
+            if closer(self._mission, len(view.ranges_m)) is not None:
+                return LookCloser()
             way = cost_to_go.way_from(view.position, cells_max=WAY_CELLS)
-            ground.close(way[min(refused_at(view, walls, way), len(way) - 1)] if len(way) else place)
+            spot = way[min(refused_at(view, walls, way), len(way) - 1)] if len(way) else place
+            ground.close(spot)
+            if not self._mission.obstacles_move:
+                self._map.close(spot, for_good=False)
         return NoStep("no way to a place at the strand's end is left in what is known")
 
     def _walls(self, view: View, stands: Stands) -> Walls:

@@ -295,6 +295,36 @@ def test_a_search_ends_that_creeps_though_its_way_stays_as_long_as_it_first_seem
     assert isinstance(search.plan(view, stands), StepPlanned), "in another turn it searches anew"
 
 
+def test_a_spot_that_the_closest_look_refuses_is_closed_until_the_turn_ends(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Else a robot goes to and fro between two doors that are both a little too narrow."""
+    ways: list[np.ndarray] = []
+
+    def refused_at(_: object, __: object, way: np.ndarray) -> int:
+        ways.append(way)
+        return len(way) // 2
+
+    for step in ("certified_step_to", "certified_step_to_goal"):
+        monkeypatch.setattr(joining, step, lambda *_: None)
+    monkeypatch.setattr(joining, "refused_at", refused_at)
+    stands = stand([(2.0, 0.0)], [])
+    first = look_around([], MISSION)
+    search = Joining(MISSION, first.position)
+    assert isinstance(search.plan(first, stands), LookCloser)
+    assert not ways, "what a coarse look refuses is no reason"
+    closest = look_around([], MISSION, revolutions=8)
+    for _ in range(2):
+        assert isinstance(search.plan(closest, stands), NoStep)
+    for number, way in enumerate(ways):
+        for before in ways[:number]:
+            assert np.hypot(*(way - before[len(before) // 2]).T).min() > MISSION.obstacle_keep_m / 4.0
+    tried = len(ways)
+    search.begin(closest.position, epoch=1, robots=0)
+    assert isinstance(search.plan(closest, stands), NoStep)
+    assert np.array_equal(ways[tried], ways[0]), "in another turn robots stand elsewhere"
+
+
 # --- the leader gets clear --------------------------------------------------------------------------
 
 ENOUGH_M = MISSION.obstacle_keep_m + CLEAR_M
