@@ -181,8 +181,8 @@ class Coordinator:
         if not isinstance(next_, Give) and fence.may is May.ONE:
             commands += self._turns.put(fence, now_s, may=May.NOBODY)
         match next_:
-            case Give(robot, makes_way):
-                join = join_for(draft, robot, self._reports, fence.turn + 1, makes_way=makes_way)
+            case Give(robot):
+                join = join_for(draft, robot, self._reports, fence.turn + 1)
                 if not fits(join):
                     self._no_room.add(robot)
                     draft.end_turn(robot, placed=False)

@@ -7,14 +7,11 @@ Rule 2: the turn goes to the nearest robot that is not in place and has not had 
         strand. Behind another one it may find a way. A draft that begins again with the same strand does not
         repeat what was in vain. Where all that are left had one in vain, the last of them is first: in a
         queue whose end has come in, it has room to move now.
-Rule 3: if no robot finds a way, the last robot in place makes way, once: it gives its place up, and has a
-        turn after the others. A leader that stands alone takes one step to a place to which others can come.
-Rule 4: if that does not help, other robots lead, the nearest to the goal first, up to a limit. Then those in
-        place go on without the others. A strand of several robots goes on without them at once, if no other
-        that may still lead is nearer to the goal.
-Rule 5: robots that are left out and were there lately may stand in the way, and may come back. So the draft
-        waits for them before a robot makes way, and waits longer before the strand goes on.
-Rule 6: where a robot that asks a strand on its way to let it in finds no way, the strand goes on as it was.
+Rule 3: if no robot finds a way, and another one that has not led in vain is nearer to the goal than the
+        leader, that one leads. Else those in place go on: then the others may find a way.
+Rule 4: robots that are left out and were there lately may stand in the way, and may come back. So the draft
+        waits for them before that, once.
+Rule 5: where a robot that asks a strand on its way to let it in finds no way, the strand goes on as it was.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -24,7 +21,6 @@ import numpy as np
 
 from agents.coordinating.legs import robots_in_place
 from agents.coordinating.order import (
-    Places,
     former_order,
     in_front,
     kept_order,
@@ -45,7 +41,6 @@ class Give:
     """The turn goes to a robot."""
 
     robot: int
-    makes_way: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,19 +77,12 @@ class Draft:
     legs: dict[int, tuple[Point, ...]] = field(default_factory=dict)
     driven: set[int] = field(default_factory=set)
     """Whose leg the robot ahead has driven."""
-    _led_before: tuple[int, ...] = ()  # who had led in vain before this view
-    _front: tuple[int, ...] = ()  # of those that stay
     _stayed: tuple[int, ...] = ()
     _holds: int = 0  # so many have to be in place for the order that is tried
     _trial: bool = True
-    _is_last_try: bool = False
     _in_vain: dict[int, tuple[int, ...]] = field(default_factory=dict)  # behind which strand, by robot
-    _made_way: int | None = None
     _stuck_at_s: float | None = None
     """When nobody found a way for the first time in this view: others are waited for once."""
-
-    def __post_init__(self) -> None:
-        self._led_before = self.led
 
     @property
     def keeps(self) -> bool:
@@ -113,10 +101,8 @@ class Draft:
         stayed = [robot for robot in self.strand if robot in reports]
         if not stayed and self.keeps and not self.led:
             stayed = former_order(reports)
-        self._front, self._stayed, self._holds = (), (), 0
-        if self._is_last_try:
-            self.order = other_order(places, self._led_before, self.mission.goal)
-        elif self.led and not self.strand:
+        self._stayed, self._holds = (), 0
+        if self.led and not self.strand:
             self.order = other_order(places, self.led, self.mission.goal)
         elif stayed:
             self.order = self._order_of(reports, stayed)
@@ -130,7 +116,6 @@ class Draft:
         if not self._trial:
             return kept_order(places, stayed, ())
         order = kept_order(places, stayed, in_front(places, stayed, self.mission.goal))
-        self._front = order[: min(order.index(robot) for robot in stayed)]
         until = 1 + max(order.index(robot) for robot in stayed)
         self._holds = until if until > len(stayed) else 0
         return order
@@ -165,19 +150,15 @@ class Draft:
         if not placed:
             self._in_vain.pop(robot, None)  # so that the newest stands last
             self._in_vain[robot] = tuple(self.strand)
-        elif robot in self.strand:  # the leader has made way
-            self._in_vain.clear()
         else:
             self.strand.append(robot)
 
     def next(self, reports: Mapping[int, Report], now_s: float, *, others_may_come_back: bool) -> Next:
-        """Rules 2 to 6."""
+        """Rules 2 to 5."""
         waiting = [robot for robot in sorted(reports) if robot not in self.strand]
         if not waiting:
             return Done()
         free = sorted({*waiting} - self.tried)
-        if self._made_way in free and len(free) > 1:
-            free.remove(self._made_way)
         if free and all(robot in self._in_vain for robot in free):
             return Give(next(robot for robot in reversed(self._in_vain) if robot in free))
         if free:
@@ -190,51 +171,21 @@ class Draft:
         return self._give_up(reports, now_s, others_may_come_back=others_may_come_back)
 
     def _give_up(self, reports: Mapping[int, Report], now_s: float, *, others_may_come_back: bool) -> Next:
-        """Rules 3 to 5."""
+        """Rules 3 and 4."""
         places = places_of(reports)
         self._stuck_at_s = now_s if self._stuck_at_s is None else self._stuck_at_s
-        if len(reports) < self.mission.robots and others_may_come_back:
-            timing = self.timing
-            patience_s = timing.makes_way_s if self._made_way is None else timing.comes_back_s
-            if now_s - self._stuck_at_s < patience_s:
-                return Wait()
-        if self._made_way is None:
-            return self._make_way()
-        goal = self.mission.goal
-        leads_best = goal is not None and other_order(places, self._led_before, goal)[0] == self.strand[0]
-        if self._is_last_try or (leads_best and len(self.strand) > 1):
+        is_new = now_s - self._stuck_at_s < self.timing.comes_back_s
+        if is_new and others_may_come_back and len(reports) < self.mission.robots:
+            return Wait()
+        goal, leader = self.mission.goal, self.strand[0]
+        if goal is None or other_order(places, self.led, goal)[0] == leader:
             return Done()
-        if self._may_try_another(places):
-            return self._try_another()
-        self._is_last_try = True
-        return Done() if leads_best else self._restart()
-
-    def _make_way(self) -> Next:
-        """Rule 3."""
-        self._made_way = self.strand[-1]
-        if len(self.strand) == 1:
-            return Give(self.strand[0], makes_way=True)
-        self.drop(self.strand[-1])
-        return Wait()
+        self.led, self.strand, self._trial = (*self.led, leader), [], False
+        self._in_vain.clear()
+        return Begin()
 
     def drop(self, robot: int) -> None:
         """A robot is no longer in place, if it was."""
         self.strand = [each for each in self.strand if each != robot]
         self.driven.discard(robot)
         self.legs.pop(robot, None)
-
-    def _next_led(self) -> tuple[int, ...]:
-        return self.led if self._front else (*self.led, self.order[0])
-
-    def _may_try_another(self, places: Places) -> bool:
-        return len(self._next_led()) < min(self.timing.leaders_max, len(places))
-
-    def _try_another(self) -> Next:
-        self.led = self._next_led()
-        self._trial = False
-        return self._restart()
-
-    def _restart(self) -> Next:
-        self.strand, self._made_way = [], None
-        self._in_vain.clear()
-        return Begin()

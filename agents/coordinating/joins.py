@@ -9,16 +9,15 @@ from agents.coordinating.questions import points
 from protocol.wire.view import Join, Report
 
 
-def join_for(draft: Draft, robot: int, reports: Mapping[int, Report], turn: int, *, makes_way: bool) -> Join:
+def join_for(draft: Draft, robot: int, reports: Mapping[int, Report], turn: int) -> Join:
     """Where the strand ends that the robot joins in this turn, and where the other robots stand."""
     strand, places = draft.strand, places_of(reports)
     line, leg = line_of(places, strand, draft.legs)
-    waiting = [other for other in places if other != robot and (makes_way or other not in strand)]
+    waiting = [other for other in places if other != robot and other not in strand]
     return Join(
         turn=turn,
-        strand=points(positions(places, strand)) if not makes_way else (),
+        strand=points(positions(places, strand)),
         waiting=points(positions(places, waiting)),
         line=points(line),
         last_leg=int((leg == leg[-1]).sum()) if len(leg) else 0,
-        makes_way=makes_way,
     )

@@ -45,10 +45,9 @@ class Timing:
     """It is lost, whatever it says, when no body has moved and there was no new turn for so long."""
     view_s: float = 300.0
     """It is lost when a view has not come to ALL within this time."""
-    makes_way_s: float = 5.0
-    """Before anybody leaves its place: a process that is started again is there after two seconds."""
-    comes_back_s: float = 15.0
-    """Before a strand goes on without robots that were there lately."""
+    comes_back_s: float = 5.0
+    """Before a strand goes on without robots that were there lately: a process that is started again is there
+    after two seconds."""
     plea_s: float = 1.0
     """A robot that is left out asks so often."""
     plea_again_s: float = 2.0
@@ -56,8 +55,6 @@ class Timing:
     plea_again_s_max: float = 60.0
     outsider_s: float = 10.0
     """One that has had no answer to its pleas for so long proposes a view as an outsider."""
-    leaders_max: int = 5
-    """So many leaders are tried before a strand goes on without those that find no way."""
 
     @classmethod
     def of(cls, mission: Mission) -> "Timing":
@@ -99,7 +96,6 @@ class Timing:
             "a put is seen before it is repeated": self.put_s >= ODOMETRY_S,
             "a stuck turn is taken back before the coordinator is given up": self.turn_s <= self.stood_s,
             "who has slept listens for longer than it slept": self.listens_s > self.gap_s,
-            "way is made before a strand goes on without others": self.makes_way_s < self.comes_back_s,
             "nobody is given up for a pause in which all wait": self.comes_back_s < self.stood_s,
             "a raise is seen before most others are made": 2.0 * self.draws_s >= ODOMETRY_S,
         }

@@ -21,16 +21,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from agents.membership.legs import leg_is_clear, leg_needs_closer_look, without_hulls
-from agents.membership.stands import BEARINGS_RAD, HIT_M, Stands, outlines, places_behind
-from agents.navigation.certificate import (
-    Walls,
-    bounds_walls,
-    certified_lengths_m,
-    scan_walls,
-)
+from agents.membership.stands import HIT_M, Stands, outlines, places_behind
+from agents.navigation.certificate import Walls, bounds_walls, scan_walls
 from agents.navigation.guidance import Map, shown_free
 from agents.navigation.record import planned
-from agents.navigation.scan import View, on_discs
+from agents.navigation.scan import View
 from agents.navigation.step import (
     GAIN_M,
     LookCloser,
@@ -41,9 +36,8 @@ from agents.navigation.step import (
     refused_at,
 )
 from agents.navigation.sure import closer
-from protocol.arrays import Flags, Floats, unit_vectors
-from protocol.frames import wrap
-from protocol.legs import LENGTHS, PASSED_SHARE
+from protocol.arrays import Flags, Floats
+from protocol.legs import PASSED_SHARE
 from protocol.mission import Mission
 from protocol.timeline import StepPlanned
 
@@ -51,7 +45,6 @@ LONGER = 2.0  # than a way first seemed: the way round what was not known then
 STEP_SHARE = 0.25  # of the longest leg: a shorter step counts as that
 SPOTS_MAX = 4  # spots of a way closed in one plan, where the certificate refuses what the grid shows
 WAY_CELLS = 200  # of a way that is looked at: 10 m and more
-CLEAR_M = 0.05  # beyond what a step keeps: what a leg's far end may be unsure of at the range limit
 
 
 @dataclass(frozen=True)
@@ -103,22 +96,6 @@ class Joining:
         if isinstance(step, Step):
             return self._record(step, view, view.hits & ~seen.hits)
         return step
-
-    def clear(self, view: View, robots: Floats) -> StepPlanned | NoStep:
-        """The shortest step to where a robot that follows could come; for the leader."""
-        walls = self._walls(view, Stands(robots, robots[:0], robots[:1], 0))
-        free_m = np.minimum(certified_lengths_m(view.position, BEARINGS_RAD, walls), self._mission.leg_m_max)
-        lengths = free_m[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS
-        directions = unit_vectors(BEARINGS_RAD)
-        ends = view.position + lengths[:, :, None] * directions[:, None, :]
-        hits = view.without(on_discs(view.points, robots, within_m=self._mission.hull_reach_m)).hit_points
-        off_m = np.hypot(*np.moveaxis(ends[:, :, None] - hits, -1, 0)).min(axis=2, initial=np.inf)
-        enough = (off_m >= self._mission.obstacle_keep_m + CLEAR_M) & (lengths > GAIN_M)
-        if not enough.any():
-            return NoStep("no step leads to where a robot behind could come")
-        best = np.unravel_index(np.argmin(np.where(enough, lengths, np.inf)), lengths.shape)
-        step = Step(wrap(float(BEARINGS_RAD[best[0]])), float(lengths[best]))
-        return self._record(step, view, on_discs(view.points, robots, within_m=self._mission.hull_reach_m))
 
     def _remember(self, hit_points: Floats) -> None:
         self._map.remember(hit_points)

@@ -5,7 +5,6 @@ Rule 2: it ends its turn standing, in place or blocked, and orders nothing more 
 Rule 3: where obstacles move, a robot that gets no further looks again for a while before it is blocked, and
         looks while it drives. Robots that wait for a turn share this while, unless the robot is on its way:
         in a queue only the last one may have a way, and the turns of all others must not keep it waiting.
-Rule 4: a leader that makes way takes one step, to a place to which other robots can come.
 """
 
 from dataclasses import dataclass
@@ -86,13 +85,7 @@ class TurnTaker:
         return commands + self._plan(scan, now_s)
 
     def _plan(self, scan: View, now_s: float) -> list[Command]:
-        planned: StepPlanned | InPlace | NoStep | LookCloser
-        if self._join.makes_way and self.has_moved:
-            planned = InPlace()
-        elif self._join.makes_way:
-            planned = self._joining.clear(scan, self._stands.waiting)
-        else:
-            planned = self._joining.plan(scan, self._stands)
+        planned = self._joining.plan(scan, self._stands)
         patient = self._mission.obstacles_move and not self._stays(scan, now_s)
         if isinstance(planned, StepPlanned) and self._mission.obstacles_move and not patient:
             planned = NoStep("its way stays blocked")
@@ -109,7 +102,7 @@ class TurnTaker:
                 self._looks_again_s = min(now_s + LOOKS_AGAIN_S, self._stood_at_s + self._patience_s)
                 return []
             case NoStep(reason):
-                self.ended = Ended(turn, placed=self._join.makes_way)
+                self.ended = Ended(turn, placed=False)
                 return [Note(RobotBlocked(turn=turn, reason=reason, **here))]
             case StepPlanned():
                 self._step, self.has_moved = planned, True

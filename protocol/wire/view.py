@@ -123,8 +123,6 @@ class Join(Struct, frozen=True, kw_only=True):
     """The way from the leader to the last in place."""
     last_leg: Count
     """How many segments of that are the last robot's own leg."""
-    makes_way: bool = False
-    """Whether it leads, and is to take one step to where others can come."""
 
 
 class Answer(Struct, frozen=True, kw_only=True, tag="answer"):

@@ -71,7 +71,7 @@ AT = {
     2: Pose(x_m=2.0, y_m=0.0, heading_rad=0.0),
     3: Pose(x_m=1.6, y_m=0.45, heading_rad=0.0),
 }
-MADE_WAY = Pose(x_m=2.0, y_m=-0.9, heading_rad=0.0)
+MOVED = Pose(x_m=2.0, y_m=-0.9, heading_rad=0.0)
 FORMERS: dict[int, tuple[Former, ...]] = {
     1: (Former(epoch=LAST, rank=1, s_m=0.0),),
     2: (Former(epoch=LAST, rank=0, s_m=1.0),),
@@ -99,7 +99,7 @@ class Fleet:
             neighbours={},
             now_s=0.0,
         )
-        led = Counters(led_in_vain=(1, 3))
+        led = Counters(led_in_vain=(2, 1))
         self.reports = {
             robot: Report(
                 epoch=EPOCH,
@@ -158,7 +158,7 @@ class Fleet:
 
 def test_a_leg_to_a_robot_that_has_moved_in_its_turn_does_not_count_as_driven() -> None:
     fleet = Fleet()
-    while (fleet.fence.may, fleet.fence.robot) != (May.ONE, 2):  # robot 2 leads, and is to make way
+    while (fleet.fence.may, fleet.fence.robot) != (May.ONE, 2):  # robot 3 leads, and robot 2 is to join
         fleet.step()
         robot = fleet.fence.robot
         if fleet.fence.may is May.ONE and robot != 2:
@@ -169,7 +169,7 @@ def test_a_leg_to_a_robot_that_has_moved_in_its_turn_does_not_count_as_driven() 
         fleet.step()
     assert fleet.coordinator.phase is not Phase.GATHERING or fleet.fence.may is not May.ONE
     if fleet.formed is None:
-        fleet.say(2, place=MADE_WAY, formers=(), ended=turn, placed=True, turn=fleet.fence.turn)
+        fleet.say(2, place=MOVED, formers=(), ended=turn, placed=True, turn=fleet.fence.turn)
     for _ in range(80):
         fleet.step()
     assert fleet.formed is not None

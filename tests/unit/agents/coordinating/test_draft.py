@@ -169,7 +169,7 @@ def test_a_draft_is_done_when_all_are_in_place() -> None:
     assert draft.next(there, 0.0, others_may_come_back=False) == Done()
 
 
-# --- rule 3: making way ---------------------------------------------------------------------------------
+# --- rule 3: other leaders ------------------------------------------------------------------------------
 
 
 def in_vain(draft: Draft, *robots: int) -> Draft:
@@ -178,46 +178,15 @@ def in_vain(draft: Draft, *robots: int) -> Draft:
     return draft
 
 
-def test_where_nobody_finds_a_way_the_last_in_place_makes_way_once_and_has_a_turn_after_the_others() -> None:
-    there = reports(QUEUE)
-    draft = in_vain(settled(drafted(), there, 2), 3, 4)
-    assert draft.next(there, 0.0, others_may_come_back=False) == Wait()
-    assert draft.strand == [1]
-    given = []
-    for _ in range(3):
-        give = draft.next(there, 0.0, others_may_come_back=False)
-        assert isinstance(give, Give)
-        given.append(give.robot)
-        draft.end_turn(give.robot, placed=False)
-    assert given == [4, 3, 2]
-
-
-def test_a_leader_that_stands_alone_takes_one_step_to_where_others_can_come() -> None:
-    there = reports(QUEUE)
-    draft = in_vain(settled(drafted(), there), 2, 3, 4)
-    assert draft.next(there, 0.0, others_may_come_back=False) == Give(1, makes_way=True)
-    draft.end_turn(1, placed=True)
-    assert draft.strand == [1]
-    assert isinstance(draft.next(there, 0.0, others_may_come_back=False), Give), "the others may try again"
-
-
-# --- rule 4: other leaders ------------------------------------------------------------------------------
-
-
-def tried(draft: Draft, there: Reports, now_s: float = 0.0, clear: tuple[int, ...] = ()) -> list[int]:
+def tried(draft: Draft, there: Reports) -> list[int]:
     """Who leads, until the draft is done, where all turns are in vain."""
-    led = []
-    draft.begin(there, {})
-    assert draft.settle(there, sees(*clear))
-    led.append(draft.strand[0])
+    led = [settled(draft, there).strand[0]]
     for _ in range(200):
-        match draft.next(there, now_s, others_may_come_back=False):
-            case Give(robot, makes_way):
-                draft.end_turn(robot, placed=makes_way)
+        match draft.next(there, 0.0, others_may_come_back=False):
+            case Give(robot):
+                draft.end_turn(robot, placed=False)
             case Begin():
-                draft.begin(there, {})
-                draft.settle(there, sees(*clear))
-                led.append(draft.strand[0])
+                led.append(settled(draft, there).strand[0])
             case Done():
                 return led
             case Wait():
@@ -225,27 +194,23 @@ def tried(draft: Draft, there: Reports, now_s: float = 0.0, clear: tuple[int, ..
     raise AssertionError("it is never done")
 
 
-def test_where_that_is_in_vain_others_lead_the_nearest_to_the_goal_first_and_at_last_the_first_again() -> (
-    None
-):
-    assert tried(drafted(), reports(QUEUE)) == [1, 2, 3, 4, 1]
+ACROSS = {1: (0.5, 0.0), 2: (0.0, 1.0), 3: (0.0, -1.0)}
+"""Robot 1 is the nearest to the goal. A strand has less way to drive if an end leads."""
 
 
-def test_no_more_leaders_are_tried_than_the_limit() -> None:
-    many = reports({robot: (-1.0 * robot, 0.0) for robot in range(1, 11)})
-    led = tried(drafted(robots=10), many)
-    assert len(led) == TIMING.leaders_max + 1
+@pytest.mark.parametrize(("led", "then"), [((), [2, 1]), ((1,), [2]), ((1, 2, 3), [1])])
+def test_where_that_is_in_vain_the_nearest_to_the_goal_leads_that_has_not(
+    led: tuple[int, ...], then: list[int]
+) -> None:
+    assert tried(drafted(robots=3, led=led), reports(ACROSS)) == then
 
 
-def test_those_in_place_go_on_at_once_if_they_are_several_and_nobody_is_nearer_to_the_goal() -> None:
+@pytest.mark.parametrize("in_place", [(), (2,), (2, 3)])
+def test_those_in_place_go_on_at_once_if_nobody_is_nearer_to_the_goal(in_place: tuple[int, ...]) -> None:
     there = reports(QUEUE)
-    draft = settled(drafted(), there, 2, 3)
-    in_vain(draft, 4)
-    assert draft.next(there, 0.0, others_may_come_back=False) == Wait(), "the last makes way"
-    draft.end_turn(4, placed=False)
-    draft.end_turn(3, placed=False)
+    draft = in_vain(settled(drafted(), there, *in_place), *(set(QUEUE) - {1, *in_place}))
     assert draft.next(there, 0.0, others_may_come_back=False) == Done()
-    assert draft.strand == [1, 2]
+    assert draft.strand == [1, *in_place]
 
 
 def test_one_that_has_led_in_vain_does_not_count_though_it_stands_nearer_to_the_goal() -> None:
@@ -259,37 +224,24 @@ def test_one_that_has_led_in_vain_does_not_count_though_it_stands_nearer_to_the_
     assert draft.strand[0] == 2
 
 
-# --- rule 5: others are waited for ----------------------------------------------------------------------
+# --- rule 4: others are waited for ----------------------------------------------------------------------
 
 
-def test_robots_that_may_come_back_are_waited_for_before_anybody_makes_way() -> None:
+def test_robots_that_may_come_back_are_waited_for_once() -> None:
     there = reports({robot: QUEUE[robot] for robot in (1, 2, 3)})
     draft = in_vain(settled(drafted(), there, 2), 3)
-    for now_s in (0.0, TIMING.makes_way_s - 0.1):
+    for now_s in (0.0, TIMING.comes_back_s - 0.1):
         assert draft.next(there, now_s, others_may_come_back=True) == Wait()
-        assert draft.strand == [1, 2], "nobody has made way"
-    draft.next(there, TIMING.makes_way_s, others_may_come_back=True)
-    assert draft.strand == [1]
-
-
-def test_and_for_longer_before_the_strand_goes_on_without_them() -> None:
-    there = reports({robot: QUEUE[robot] for robot in (1, 2, 3)})
-    draft = in_vain(settled(drafted(), there, 2), 3)
-    draft.next(there, 0.0, others_may_come_back=True)
-    draft.next(there, TIMING.makes_way_s, others_may_come_back=True)
-    in_vain(draft, 2, 3)
-    assert draft.next(there, TIMING.comes_back_s - 0.1, others_may_come_back=True) == Wait()
-    assert draft.next(there, TIMING.comes_back_s, others_may_come_back=True) != Wait()
+    assert draft.next(there, TIMING.comes_back_s, others_may_come_back=True) == Done()
 
 
 def test_robots_that_have_gone_for_long_are_not_waited_for() -> None:
     there = reports({robot: QUEUE[robot] for robot in (1, 2, 3)})
     draft = in_vain(settled(drafted(), there, 2), 3)
-    draft.next(there, 0.0, others_may_come_back=False)
-    assert draft.strand == [1], "the last has made way at once"
+    assert draft.next(there, 0.0, others_may_come_back=False) == Done()
 
 
-# --- rule 6: letting in -----------------------------------------------------------------------------------
+# --- rule 5: letting in -----------------------------------------------------------------------------------
 
 
 def test_a_strand_goes_on_as_it_was_if_a_robot_that_asks_to_be_let_in_finds_no_way() -> None:

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agents.membership import joining
-from agents.membership.joining import CLEAR_M, InPlace, Joining
+from agents.membership.joining import InPlace, Joining
 from agents.membership.stands import Stands
 from agents.navigation.step import GAIN_M, LookCloser, NoStep, Step
 from agents.navigation.sure import closer
@@ -323,41 +323,6 @@ def test_a_spot_that_the_closest_look_refuses_is_closed_until_the_turn_ends(
     search.begin(closest.position, epoch=1, robots=0)
     assert isinstance(search.plan(closest, stands), NoStep)
     assert np.array_equal(ways[tried], ways[0]), "in another turn robots stand elsewhere"
-
-
-# --- the leader gets clear --------------------------------------------------------------------------
-
-ENOUGH_M = MISSION.obstacle_keep_m + CLEAR_M
-POST = (0.25, 0.0)  # nearer than a leg to here may end, further than the hull
-POST_M = 0.05
-
-
-def get_clear(shapes: list[Shape], robots: list[Place]) -> StepPlanned | NoStep:
-    hulls: list[Shape] = [Circle(centre_m=(x, y), radius_m=0.1) for x, y in robots]
-    view = look_around([*shapes, *hulls], MISSION)
-    return Joining(MISSION, view.position).clear(view, np.array(robots).reshape(-1, 2))
-
-
-def test_a_leader_too_near_to_something_to_be_followed_goes_a_short_step_to_where_it_can_be() -> None:
-    step = get_clear([Circle(centre_m=POST, radius_m=POST_M)], [(-2.0, 0.0)])
-    assert isinstance(step, StepPlanned)
-    off_m = math.hypot(step.target.x_m - POST[0], step.target.y_m - POST[1]) - POST_M
-    assert off_m >= ENOUGH_M - 1e-6
-    assert step.length_m <= 2.0 * ENOUGH_M
-
-
-def test_where_no_step_leads_to_such_a_place_it_stays() -> None:
-    corridor: list[Shape] = [box(-3.0, 0.22, 6.0, 0.1), box(-3.0, -0.32, 6.0, 0.1)]
-    assert isinstance(get_clear(corridor, [(-2.0, 0.0)]), NoStep)
-
-
-def test_getting_clear_it_keeps_off_the_robots_that_stand() -> None:
-    robots = [(-0.5, 0.0), (-0.4, 0.35), (-0.4, -0.35)]
-    step = get_clear([Circle(centre_m=POST, radius_m=POST_M)], robots)
-    assert isinstance(step, StepPlanned)
-    way = np.linspace((0.0, 0.0), (step.target.x_m, step.target.y_m), 50)
-    off_m = np.hypot(*np.moveaxis(way[:, None] - np.array(robots), -1, 0))
-    assert off_m.min() >= 2.0 * MISSION.robot_radius_m + MISSION.separation_m
 
 
 # --- places and legs -------------------------------------------------------------------------------
