@@ -23,6 +23,7 @@ from protocol.wire.view import Counters, Report
 Reports = Mapping[int, Report]
 NO_WAY = "it finds no way to a place behind the others"
 NO_ROOM = "the strand has too many robots and corners for one message: make several fleets"
+IN_VAIN = 2  # leaders knew no way: both ends of a strand, or two of its robots
 LEFT_OUT_PART = 20  # of a strand that is too long: so much of it is left out at a time
 
 
@@ -35,8 +36,6 @@ class Intent:
     """The leader of the last strand; 0: there was none."""
     turnabout: Turnabout | None = None
     """DEAD_END: how the strand is to turn round."""
-    is_closed: bool = False
-    """NO_WAY: whether no robot of the strand can have a way."""
     ended: Epoch | None = None
     """The epoch of that strand, how many robots it had, and its path."""
     robots: int = 0
@@ -113,16 +112,24 @@ class Agreement:
         own = reports[self.robot]
         newest = max(reports.values(), key=lambda report: report.counted.number)
         counters = own.counters if own.counted == newest.counted else newest.counters
-        led = counters.led_in_vain
-        if self.intent.is_closed:
-            others, ended = sorted(reports.keys() - set(led)), self.intent.ended
-            led += tuple(robot for robot in others if former_place(reports[robot], ended) is not None)
         return replace(
             counters,
-            led_in_vain=led,
             steps=max(report.counters.steps for report in reports.values()),
             heals=counters.heals + self.intent.heals,
         )
+
+    def led_in_vain(self, reports: Reports) -> tuple[int, ...]:
+        """The robots that do not lead next.
+
+        If `IN_VAIN` leaders knew no way since the strand has come on, none of its robots does, as long as
+        another one is there that may.
+        """
+        counters = self.counters(reports)
+        led, newest = counters.led_in_vain, max(reports.values(), key=lambda report: report.counted.number)
+        if counters.turns + len(led) < IN_VAIN:
+            return led
+        others = {robot for robot in reports if former_place(reports[robot], newest.counted)} - {*led}
+        return (*led, *sorted(others)) if reports.keys() - others - {*led} else led
 
     def _plan(
         self,

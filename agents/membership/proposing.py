@@ -72,7 +72,6 @@ class Proposing:
             cause,
             self._led_by,
             turnabout=wish.turnabout,
-            is_closed=wish.is_closed,
             ended=formation.epoch,
             robots=formation.members,
             path=member.path,

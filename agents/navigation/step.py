@@ -62,8 +62,6 @@ class NoStep:
     """There is no step, with the reason."""
 
     reason: str
-    everywhere: bool = False
-    """Whether the map shows no way from any place of the strand."""
 
 
 @dataclass(frozen=True)

@@ -61,7 +61,7 @@ from protocol.timeline import StepPlanned
 WAY_CELLS = 4000  # longer than any way of which a scan shows a part
 ONWARD_KEEPS = 3.0  # so far from where they meet at 20 degrees, two ways are further apart than robots keep
 AGAIN_CELLS = 2.0  # cells of the map: within this distance it is the same place
-NO_WAY = NoStep("no way to the goal is left in what is known", everywhere=True)
+NO_WAY = NoStep("no way to the goal is left in what is known")
 SPOTS_MAX = 100  # closed from one place: after so many refusals there is no way
 
 
@@ -316,13 +316,13 @@ class Leader:
         # The leader can go back the way it came, even if hulls stand all around it now.
         come_m = cost_to_go.at(ground.path.between(0.0, ground.path.end_m))
         if not len(ground.taken) or not (has_way(view, alone, cost_to_go) or np.isfinite(come_m).any()):
-            return self._no_way(NO_WAY.reason, everywhere=True)
+            return self._no_way(NO_WAY.reason)
         if not settled:
             return Wait()
         back_to_m = way_back_m(ground, self._mission.obstacle_keep_m, reachable)
         return DeadEnd(0.0 if back_to_m is None else back_to_m)
 
-    def _no_way(self, reason: str, *, everywhere: bool = False) -> NoStep:
+    def _no_way(self, reason: str) -> NoStep:
         """Report that no way is left. Where obstacles move, refused spots may be free at the next scan.
 
         They are reopened only here: a spot that reopens with every scan is approached and refused for ever.
@@ -333,7 +333,7 @@ class Leader:
         if self._bodies_may_move and self._may_forget and not self._forgot:
             self._forgot = True
             self.map.forget()
-        return NoStep(reason, everywhere)
+        return NoStep(reason)
 
     @property
     def _world_changes(self) -> bool:

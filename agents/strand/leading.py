@@ -3,11 +3,9 @@
 Rule 1: it plans only where the path ends. If its body stands elsewhere, it wants a new formation.
 Rule 2: where the only way leads back, it wants the strand to turn round, `TURNS_MAX` times at most without a
         step towards the goal between them. A tail that leads it out does not turn it round on a cleared map.
-Rule 3: where it knows no way on, and the strand has lost robots, it wants another robot to lead: one that was
-        left out, if it is the second end or leader that knows none, and the map shows none from any place of
-        the strand. The route is lost if `LEADERS_MAX` have led in vain, or this one before, and, where robots
-        are left out, no body has moved for `COMES_BACK_S`. A strand that has tried another leader does not
-        turn round again. A leader waits first where obstacles may move away.
+Rule 3: where it knows no way on, and the strand has lost robots, it wants another robot to lead. The route is
+        lost if `LEADERS_MAX` have led in vain, or this one before, and, where robots are left out, no body
+        has moved for `COMES_BACK_S`. A leader waits first where obstacles may move away.
 Rule 4: after each step that it gives up, but the first ones in an epoch, it waits before it plans again, for
         a time that its life draws. Else two leaders that see the same give way to each other for ever.
 """
@@ -177,9 +175,9 @@ class Leading:
                 return [Note(GoalReached(**self._here())), *self._arrive()]
             case LookCloser():
                 return self._senses.ask(now_s)
-            case NoStep(reason, everywhere) if self._is_lost(now_s):
+            case NoStep(reason) if self._is_lost(now_s):
                 self._plans_again_s = now_s + SETTLED_S
-                return self._give_up_lead(reason, everywhere=everywhere)
+                return self._give_up_lead(reason)
             case DeadEnd(back_to_m):
                 self._plans_again_s = now_s + SETTLED_S
                 return self._turn_back(back_to_m)
@@ -189,10 +187,8 @@ class Leading:
         return []
 
     def _turn_back(self, back_to_m: float) -> list[Command]:
-        """Rule 2; where other leaders are being tried, the strand does not turn round again."""
+        """Rule 2."""
         counters, path = self._strand.counters, self._strand.path
-        if counters.led_in_vain and counters.turns:
-            return self._give_up_lead("the only way leads back")
         if counters.turns >= TURNS_MAX:
             return self._lose("the strand has turned round too often in vain")
         turnabout = Turnabout(
@@ -213,14 +209,13 @@ class Leading:
         self._stuck_at_s = min(self._stuck_at_s, now_s)
         return now_s - self._stuck_at_s >= (PATIENCE_S if self._mission.obstacles_move else 0.0)
 
-    def _give_up_lead(self, reason: str, *, everywhere: bool = False) -> list[Command]:
+    def _give_up_lead(self, reason: str) -> list[Command]:
         """Rule 3."""
         strand, led = self._strand, self._strand.counters.led_in_vain
         if not self._has_lost_some or strand.robot in led or len(led) >= LEADERS_MAX:
             may_come_back = self._some_are_left_out and self._driver.odometry.stood_s < COMES_BACK_S
             return [] if may_come_back else self._lose(reason)
-        is_closed = everywhere and self._some_are_left_out and (len(led) > 0 or strand.back_by_m > 0.0)
-        self._wish = Wish(Cause.NO_WAY, reason, is_closed=is_closed)
+        self._wish = Wish(Cause.NO_WAY, reason)
         return []
 
     def _lose(self, reason: str) -> list[Command]:

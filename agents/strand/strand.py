@@ -23,7 +23,7 @@ from protocol.arrays import Floats
 from protocol.fence import Epoch
 from protocol.frames import Point
 from protocol.mission import Mission
-from protocol.path import THERE_M, Path
+from protocol.path import Path
 from protocol.timeline import LinkHeard as LinkHeardAgain
 from protocol.timeline import LinkSilent
 from protocol.wire.link import Link
@@ -111,15 +111,18 @@ class Strand:
 
     @property
     def tries_leaders(self) -> bool:
-        """Whether it was formed since a leader knew no way on, and none has made a step."""
+        """Whether it was formed since a leader knew no way on, and has not come on since."""
         return len(self._formation.counters.led_in_vain) > 0
 
     @property
     def counters(self) -> Counters:
-        """The formation's; the counts since the last step towards the goal begin anew with a step."""
-        counters = self._formation.counters
-        has_grown = self.path.end_m > self.laid_m + THERE_M and not self.back_by_m > 0.0
-        return replace(counters, turns=0, led_in_vain=()) if has_grown else counters
+        """The formation's; the counts since the strand has come on begin anew where it has.
+
+        It has by steps towards the goal of more than robots keep: locked in, they still creep by centimetres.
+        """
+        counters, come_on_m = self._formation.counters, self.path.end_m - self.laid_m
+        has_come_on = come_on_m > self._mission.robot_keep_m and not self.back_by_m > 0.0
+        return replace(counters, turns=0, led_in_vain=()) if has_come_on else counters
 
     # --- where the neighbours are -------------------------------------------------------------------
 

@@ -27,5 +27,3 @@ class Wish:
     """The robot that is the reason, if one is."""
     turnabout: Turnabout | None = None
     """With `DEAD_END`."""
-    is_closed: bool = False
-    """With `NO_WAY`: whether no robot of the strand can have a way."""

@@ -44,11 +44,11 @@ class Counters(Struct, frozen=True, kw_only=True):
     steps: Count = 0
     """Switching steps planned so far."""
     turns: Count = 0
-    """How often the strand has turned round since the last step towards the goal."""
+    """How often the strand has turned round since it has come on."""
     dissolved: Count = 0
     """How often a strand has dissolved so far."""
     led_in_vain: Robots = ()
-    """Who has led since the last step, and knew no way on."""
+    """Who has led since then, and knew no way on."""
     heals: Count = 0
     """How often a strand has formed again after a loss."""
 

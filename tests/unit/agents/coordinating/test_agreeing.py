@@ -29,15 +29,30 @@ def report(robot: int, *formers: Former) -> Report:
     )
 
 
-@pytest.mark.parametrize(("is_closed", "led"), [(False, (2,)), (True, (2, 1, 3))])
-def test_all_robots_of_a_closed_strand_have_led_in_vain_and_those_that_were_left_out_have_not(
-    led: tuple[int, ...], *, is_closed: bool
+OUTSIDE = {4: report(4), 5: report(5, DRAFTED)}
+
+
+@pytest.mark.parametrize(
+    ("turns", "led", "outside", "then"),
+    [
+        (0, (2,), OUTSIDE, (2,)),
+        (0, (2, 3), OUTSIDE, (2, 3, 1)),
+        (1, (2,), OUTSIDE, (2, 1, 3)),
+        (2, (), OUTSIDE, (1, 2, 3)),
+        (2, (), {}, ()),
+        (2, (2, 4, 5), OUTSIDE, (2, 4, 5)),
+    ],
+    ids=["one leader", "two leaders", "both ends", "twice round", "nobody else is there", "all others have"],
+)
+def test_a_robot_that_was_left_out_leads_if_two_leaders_of_the_strand_knew_no_way(
+    turns: int, led: tuple[int, ...], outside: dict[int, Report], then: tuple[int, ...]
 ) -> None:
     members = {robot: report(robot, Former(epoch=ENDED, rank=robot - 1)) for robot in (1, 2, 3)}
-    reports = {**members, 4: report(4), 5: report(5, DRAFTED)}
-    intent = Intent(Cause.NO_WAY, 2, is_closed=is_closed, ended=ENDED)
-    agreement = Agreement(2, EPOCH, intent, sensed=False, neighbours={})
-    assert agreement.counters(reports).led_in_vain == led
+    counters = Counters(turns=turns, led_in_vain=led)
+    reports = {robot: replace(each, counters=counters) for robot, each in {**members, **outside}.items()}
+    agreement = Agreement(2, EPOCH, Intent(Cause.PLEA, 2), sensed=False, neighbours={})
+    assert agreement.led_in_vain(reports) == then
+    assert agreement.counters(reports).led_in_vain == led, "what is told counts leaders only"
 
 
 def test_a_formation_has_as_many_robots_as_a_message_can_tell_and_the_others_learn_why() -> None:

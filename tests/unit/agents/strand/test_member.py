@@ -280,29 +280,6 @@ def test_a_map_may_be_cleared_but_where_only_the_leader_has_changed(
     assert asked[-1] is may_forget
 
 
-@pytest.mark.parametrize(
-    ("in_vain", "back_by_m", "left_out", "is_closed"),
-    [((), 0.0, 1, False), ((3,), 0.0, 1, True), ((), 0.4, 1, True), ((3,), 0.0, 0, False)],
-    ids=["the first leader", "the second leader", "the second end", "nobody is left out"],
-)
-def test_a_strand_is_closed_if_two_leaders_or_ends_know_no_way_from_any_of_its_places(
-    in_vain: tuple[int, ...],
-    back_by_m: float,
-    left_out: int,
-    *,
-    is_closed: bool,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(Leader, "plan", lambda *_, **__: NO_WAY)
-    mission = replace(MISSION, robots=3 + left_out)
-    stage = MemberStage(mission, row(3), ORDER, counters=Counters(led_in_vain=in_vain, heals=1))
-    stage.form(stage.leader.path, {3: 0.0, 2: 0.5, 1: 1.0}, back_by_m=back_by_m)
-    stage.run(30.0)
-    wish = stage.leader.wish
-    assert wish is not None
-    assert (wish.cause, wish.is_closed) == (Cause.NO_WAY, is_closed)
-
-
 @pytest.mark.parametrize(("has_forgotten", "cause"), [(False, Cause.DEAD_END), (True, Cause.NO_WAY)])
 def test_a_tail_that_leads_does_not_turn_the_strand_round_again_on_a_cleared_map(
     has_forgotten: bool, cause: Cause, monkeypatch: pytest.MonkeyPatch
@@ -313,19 +290,6 @@ def test_a_tail_that_leads_does_not_turn_the_strand_round_again_on_a_cleared_map
     stage = MemberStage(replace(MISSION, robots=4), row(3), ORDER)
     stage.form(stage.leader.path, {3: 0.0, 2: 0.5, 1: 1.0}, back_by_m=0.4)
     stage.run(30.0)
-    wish = stage.leader.wish
-    assert wish is not None
-    assert wish.cause is cause
-
-
-@pytest.mark.parametrize(("turns", "cause"), [(0, Cause.DEAD_END), (1, Cause.NO_WAY)])
-def test_a_strand_that_tries_other_leaders_turns_round_if_it_has_not_yet(
-    turns: int, cause: Cause, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(Leader, "plan", lambda *_, **__: DeadEnd(0.0))
-    counters = Counters(led_in_vain=(2,), turns=turns, heals=1)
-    stage = MemberStage(MISSION, row(3), ORDER, counters=counters)
-    stage.run(5.0)
     wish = stage.leader.wish
     assert wish is not None
     assert wish.cause is cause

@@ -358,7 +358,7 @@ def test_an_old_or_late_state_does_not_end_a_silence(number: int, t_s: float) ->
 # --- counters and the way back ----------------------------------------------------------------------
 
 
-def test_the_counts_since_the_last_step_begin_anew_when_the_path_has_grown_towards_the_goal() -> None:
+def test_counts_since_the_strand_has_come_on_begin_anew_when_the_path_has_grown_towards_the_goal() -> None:
     path = queue_path(ORDER, PLACES)
     counters = Counters(steps=4, turns=2, dissolved=1, led_in_vain=(1,))
     told = formation(2, ORDER, PLACES, {3: 2.0, 2: 1.0, 1: 0.0}, path, back_by_m=1.0, counters=counters)
@@ -368,6 +368,21 @@ def test_the_counts_since_the_last_step_begin_anew_when_the_path_has_grown_towar
         counted.append(strand.counters.turns)
     assert counted == [2, 2, 0], "a step that only makes room does not count"
     assert strand.counters == Counters(steps=4, dissolved=1)
+
+
+@pytest.mark.parametrize(("step_m", "turns"), [(0.9, 2), (1.1, 0)])
+def test_a_strand_has_come_on_when_its_path_has_grown_by_more_than_robots_keep(
+    step_m: float, turns: int
+) -> None:
+    """Locked in, leaders still creep by centimetres; if each step were hope, no other robot would lead."""
+    path = queue_path(ORDER, PLACES)
+    grown_m = step_m * MISSION.robot_keep_m
+    corner = Vertex(x_m=3.0 + grown_m, y_m=0.0, s_m=2.0 + grown_m)
+    told = formation(2, ORDER, PLACES, {3: 2.0, 2: 1.0, 1: 0.0}, path, counters=Counters(turns=2))
+    strand = Strand(2, told, path, MISSION, 0.0)
+    strand.hear(LinkHeard(3, 1, ahead(path=(corner,))), 0.1)
+    assert strand.path.end_m == pytest.approx(2.0 + grown_m)
+    assert strand.counters.turns == turns
 
 
 def test_the_tail_hears_through_all_robots_that_the_first_one_leads_for_good() -> None:
