@@ -87,7 +87,7 @@ class Reported:
         if is_late and self.suspicion.judges(now_s):
             return False
         presence = self.suspicion.presence
-        expected = (presence.robots | {own}) - self.suspicion.suppressed(now_s)
+        expected = (presence.there(now_s) | {own}) - self.suspicion.suppressed(now_s)
         return not presence.sees_all or not expected <= self.counted.keys()
 
     def others_have_gone(self, robots: int, by_s: float) -> bool:

@@ -71,10 +71,10 @@ class Presence:
         """Rule 2."""
         return self.shows(WORLD_NUMBER)
 
-    @property
-    def robots(self) -> Set[int]:
-        """The robots that show a token."""
-        return {robot for robot, tokens in self._tokens.items() if tokens and robot != WORLD_NUMBER}
+    def there(self, now_s: float) -> Set[int]:
+        """The robots that show a token, or have just shown one: it may come back (rule 1)."""
+        robots = self._tokens.keys() - {WORLD_NUMBER}
+        return {robot for robot in robots if not self.has_gone_by(robot, now_s - GRACE_S)}
 
     def shows(self, robot: int) -> bool:
         """Whether a robot shows one."""
