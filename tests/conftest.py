@@ -39,6 +39,7 @@ class FailuresAtOnce:
             self._terminal.write_line(f"\nFAILED {report.nodeid} ({report.when})\n{report.longreprtext}")
 
 
+@pytest.hookimpl(trylast=True)  # the reporter is registered by a hook of its own
 def pytest_configure(config: pytest.Config) -> None:
     terminal = config.pluginmanager.get_plugin("terminalreporter")
     if isinstance(terminal, pytest.TerminalReporter):  # the workers of xdist have none
