@@ -17,7 +17,7 @@ from tests.support.processes.fleets import Fleet, clew, wait_until
 from tests.support.stages.fleets import fleet as crew
 from tests.support.stages.fleets import raw
 
-# North comes to the crossing first, by 3 s. Of two that meet there neither is promised a way (docs/fleets.md).
+# North comes to the crossing 3 s before. Of two that meet there neither is promised a way (docs/fleets.md).
 CROSSING = raw(
     crew("east", (1.2, 2.2, 0.0), (5.8, 2.2)),
     crew("north", (4.0, 1.2, math.pi / 2), (4.0, 5.3), robots=3),
