@@ -109,8 +109,7 @@ class Agreement:
 
     def counters(self, reports: Reports) -> Counters:
         """What the fleet has counted; the coordinator's own count includes what it proposed the view for."""
-        own = reports[self.robot]
-        newest = max(reports.values(), key=lambda report: report.counted.number)
+        own, newest = reports[self.robot], _newest(reports)
         counters = own.counters if own.counted == newest.counted else newest.counters
         return replace(
             counters,
@@ -124,12 +123,13 @@ class Agreement:
         If `IN_VAIN` leaders knew no way since the strand has come on, none of its robots does, as long as
         another one is there that may.
         """
-        counters = self.counters(reports)
-        led, newest = counters.led_in_vain, max(reports.values(), key=lambda report: report.counted.number)
-        if counters.turns + len(led) < IN_VAIN:
+        counters, ended = self.counters(reports), _newest(reports).counted
+        led = counters.led_in_vain
+        may_lead = reports.keys() - {*led}
+        of_strand = {robot for robot in may_lead if former_place(reports[robot], ended) is not None}
+        if counters.turns + len(led) < IN_VAIN or of_strand == may_lead:
             return led
-        others = {robot for robot in reports if former_place(reports[robot], newest.counted)} - {*led}
-        return (*led, *sorted(others)) if reports.keys() - others - {*led} else led
+        return (*led, *sorted(of_strand))
 
     def _plan(
         self,
@@ -162,3 +162,8 @@ class Agreement:
 def newest_map(reports: Reports) -> Report:
     """The report of a robot that has the newest map; one that tells it, if there is one."""
     return max(reports.values(), key=lambda report: (report.map_number, report.seen is not None))
+
+
+def _newest(reports: Reports) -> Report:
+    """A report of the newest strand."""
+    return max(reports.values(), key=lambda report: report.counted.number)
