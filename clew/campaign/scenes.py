@@ -21,7 +21,7 @@ from protocol.files.reading import decode
 from protocol.files.writing import make_folder, write_whole
 from protocol.law_files import named
 from protocol.run_settings import SETTINGS_FILE
-from world.scenario.reading import find
+from world.scenario.reading import find, law_in
 from world.scenario.scenario import Scenario, load
 from world.scenario.scene import EPSILON_M_MAX, EPSILON_RADII, ROBOTS
 
@@ -171,10 +171,9 @@ def _widest_m(raw: dict[str, Any]) -> float | None:
 
 
 def _law(path: Path, raw: dict[str, Any]) -> str | None:
-    section = raw.get("law")
-    said = section.get("law") if isinstance(section, dict) else None
+    said = law_in(raw)
     try:
-        return named(said, path.parent) if isinstance(said, str) else None
+        return None if said is None else named(said, path.parent)
     except UsageError:
         return None  # the episode reports why
 

@@ -27,17 +27,23 @@ def find(name_or_path: str) -> Path:
     return known[name_or_path]
 
 
+def law_in(raw: dict[str, Any]) -> str | None:
+    """The law as a scenario names it; None: it names none."""
+    section = raw.get("law")
+    said = section.get("law") if isinstance(section, dict) else None
+    return said if isinstance(said, str) else None
+
+
 def name_law(raw: dict[str, Any], folder: Path, source: str) -> None:
     """Put the whole name of the law into a scenario; the path of a law's file is from this folder.
 
     Raises:
         UsageError: the law is not here; a log of a run under it can be read nevertheless.
     """
-    section = raw.get("law")
-    if not isinstance(section, dict) or not isinstance(said := section.get("law"), str):
+    if (said := law_in(raw)) is None:
         return
     try:
-        section["law"] = named(said, folder)
-        laws.check(section["law"])
+        raw["law"]["law"] = name = named(said, folder)
+        laws.check(name)
     except UsageError as error:
         raise UsageError(f"{source}: $.law.law: {error}") from error
