@@ -63,12 +63,6 @@ def queue(robots: int, spacing_m: float) -> list[tuple[str, str]]:
     ]
 
 
-TIME_FOR_ALL_ORDERS = (
-    "time_s_max = 120.0",
-    "time_s_max = 240.0",
-)  # other leaders are tried until 160 s
-
-
 def closing(from_s: float) -> tuple[str, str]:
     """The door closes within three seconds and stays closed."""
     return TRACK, f"track = [[{from_s}, 3.25, 1.0], [{from_s + 3.0}, 3.25, 2.0]]"
@@ -111,7 +105,7 @@ def test_loss_and_delay_only_cost_time() -> None:
 
 
 def test_without_another_way_the_one_in_front_arrives_and_the_others_are_stranded() -> None:
-    changes = [*queue(3, 0.7), closing(3.07), (OTHER_OPENING, WALLED_UP), TIME_FOR_ALL_ORDERS]
+    changes = [*queue(3, 0.7), closing(3.07), (OTHER_OPENING, WALLED_UP)]
     rehearsal = rehearsed(*changes)
     world = rehearsal.world
     assert len(dissolutions(rehearsal)) == 1
