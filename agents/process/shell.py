@@ -68,7 +68,7 @@ TURN_S_PER_ROBOT = 0.001  # a thousand robots that wait cost as much as a hundre
 WORLD_SILENCE_S = 60.0  # wall: docs/run.md; longer than any partition that a fleet must survive
 LOOK_S_MAX = 1.0  # wall: a longer pause than ten turns is our own, not the world's silence
 FAULT_PATIENCE_S = 5.0  # wall: after this, a fault is injected even if it is not recorded
-CLOSING_PATIENCE_S = 2.0  # wall: docs/run.md
+CLOSING_PATIENCE_S = 10.0  # wall: a world that was killed is back long before; docs/run.md
 
 
 async def run(

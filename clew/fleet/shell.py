@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, assert_never
 
 from clew.fleet.folder import drop_folder, make_latest
-from clew.fleet.output import STDERR, Output, has_content, output, say_result, say_start
+from clew.fleet.output import STDERR, Output, output, say_result, say_start
 from clew.fleet.parts.private import private_folder
 from clew.fleet.parts.processes import READ_BYTES_MAX, Processes, orphans_adopted
 from clew.fleet.prepare import Prepared, Shows, prepare
@@ -45,7 +45,7 @@ from clew.fleet.supervisor import Supervisor
 from protocol.exit_codes import ExitCode
 from protocol.faults.manual_faults import WHERE_FILE
 from protocol.faults.process_commands import PIPE
-from world.judge.verdict import VERDICT_FILE
+from world.record.run_files import read_exit_code
 
 Hear = Callable[[Callable[[ExitCode], None]], None]
 
@@ -140,9 +140,9 @@ class _Shell:
         self._set_timer()
 
     def _look_for_verdict(self) -> None:
-        if not self._judged and has_content(self._run.folder / VERDICT_FILE):
+        if not self._judged and (code := read_exit_code(self._run.folder)) is not None:
             self._judged = True
-            self._events.appendleft(Judged())
+            self._events.appendleft(Judged(code))
 
     def _set_timer(self) -> None:
         if self._timer is not None:

@@ -214,9 +214,11 @@ class Supervisor:
         yield from self._ending.ask_world(ExitCode.USAGE, now_s)
 
     def _end_with_world(self, happening: Happening, now_s: float) -> Iterator[Command]:
-        if not self._facts.judged:
-            yield Say(end_of(happening))
         code = happening.status if happening.status >= 0 else 128 - happening.status
+        if self._facts.verdict_code is None:
+            yield Say(end_of(happening))
+        elif happening.status < 0:
+            code = self._facts.verdict_code  # killed right after it had written that
         # The request was checked before. So with our own router, it is the run that failed.
         failed = code == ExitCode.USAGE and self._plan.routers > 0
         yield from self._ending.ask_world(ExitCode.FAILED if failed else code, now_s)

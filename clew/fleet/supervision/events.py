@@ -51,6 +51,9 @@ class Gone:
 class Judged:
     """The run has its verdict: no data can be lost any more."""
 
+    code: int
+    """What the verdict says that the run exits with."""
+
 
 @dataclass(frozen=True, slots=True)
 class Asked:

@@ -62,8 +62,8 @@ class Facts:
         self.listening: set[str] = set()
         """Routers that have ever listened."""
         self.page_is_up = False
-        self.judged = False
-        """Whether the verdict is written."""
+        self.verdict_code: int | None = None
+        """What the verdict says that the run exits with; None: it is not written."""
         self.active = 1
         """The router that carries the fleet."""
         self._limits = limits
@@ -71,6 +71,11 @@ class Facts:
         self._losses: Counter[str] = Counter()
         self._timers: list[tuple[float, What, str]] = []
         self._frozen: set[str] = set()
+
+    @property
+    def judged(self) -> bool:
+        """Whether the verdict is written."""
+        return self.verdict_code is not None
 
     def is_running(self, part: str) -> bool:
         """Whether its process lives."""
@@ -124,8 +129,8 @@ class Facts:
                 yield from self._ended(part, status)
             case Gone(part):
                 self._gone(part)
-            case Judged():
-                self.judged = True
+            case Judged(code):
+                self.verdict_code = code
             case Asked(code):
                 yield Happening(What.ASKED, status=code)
             case FaultAsked():

@@ -41,7 +41,7 @@ ENDS = {
         (
             *UP,
             *gone(9.0, HOST),
-            (9.1, Judged(), []),
+            (9.1, Judged(0), []),
             (9.1, Ended(WORLD, 0), []),
             (9.1, Gone(WORLD), stop(R1)),
             (9.2, Ended(R1, 143), []),
@@ -51,7 +51,7 @@ ENDS = {
         ),
     ),
     "the world's exit code is ours": History(
-        ONE, (*UP, (9.1, Judged(), []), (9.1, Ended(WORLD, 1), []), *rest_ends(9.1, 1))
+        ONE, (*UP, (9.1, Judged(1), []), (9.1, Ended(WORLD, 1), []), *rest_ends(9.1, 1))
     ),
     "a world that ends without a verdict is named": History(
         ONE, (*UP, (9.1, Ended(WORLD, 1), [Say("the world ended with exit code 1")]), *rest_ends(9.1, 1))
@@ -69,8 +69,8 @@ ENDS = {
             (1.1, Gone(HOST), [Exit(2)]),
         ),
     ),
-    "a world that is killed after its verdict is not started again": History(
-        ONE, (*UP, (9.0, Judged(), []), (9.0, Ended(WORLD, -9), []), *rest_ends(9.0, 137))
+    "a world that is killed after its verdict is not started again, and the run ends as that says": History(
+        ONE, (*UP, (9.0, Judged(0), []), (9.0, Ended(WORLD, -9), []), *rest_ends(9.0, 0))
     ),
     "a part that is down when the run ends stays down": History(
         ONE,
@@ -90,7 +90,7 @@ ENDS = {
             (2.0, Ended(HOST, -9), [Say("the host was killed by SIGKILL before the world")]),
             (2.1, Ended(R1, -9), []),
             (2.1, Gone(R1), []),
-            (3.2, Judged(), []),
+            (3.2, Judged(1), []),
             (3.2, Ended(WORLD, 1), []),
             (3.2, Gone(WORLD), stop(HOST)),  # some of its robots are left
             (3.3, Gone(HOST), [Exit(1)]),
@@ -102,7 +102,7 @@ ENDS = {
             *UP,
             (9.0, Ended(HOST, 143), []),
             (9.0, Gone(HOST), []),
-            (9.2, Judged(), []),
+            (9.2, Judged(0), []),
             (9.2, Ended(WORLD, 0), []),
             (9.2, Gone(WORLD), stop(R1)),
             (9.3, Ended(R1, 143), []),
@@ -136,7 +136,7 @@ ENDS = {
             (2.1, Asked(ExitCode.INTERRUPTED), []),
             (2.2, Asked(ExitCode.TERMINATED), []),
             *gone(2.5, HOST),
-            (2.6, Judged(), []),
+            (2.6, Judged(130), []),
             (2.6, Ended(WORLD, 130), []),
             (2.6, Gone(WORLD), stop(R1)),
             (2.7, Ended(R1, 143), []),
@@ -149,7 +149,7 @@ ENDS = {
             *UP,
             (2.0, Asked(ExitCode.HUNG_UP), [Signal(WORLD, SIGHUP), Signal(WORLD, SIGCONT)]),
             *gone(2.5, HOST),
-            (2.6, Judged(), []),
+            (2.6, Judged(129), []),
             (2.6, Ended(WORLD, 129), []),
             (2.6, Gone(WORLD), stop(R1)),
             (2.7, Ended(R1, 143), []),
@@ -190,7 +190,7 @@ ENDS = {
         ONE,
         (
             *UP,
-            (9.0, Judged(), []),
+            (9.0, Judged(0), []),
             (9.0, Ended(WORLD, 0), []),
             (9.0, Gone(WORLD), REST_IS_ASKED),
             (9.4, Tick(), [kill(R1), kill(HOST)]),

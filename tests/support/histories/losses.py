@@ -201,7 +201,7 @@ LOSSES = {
         ),
     ),
     "the normal end of the table is not reported": History(
-        Plan(table=True), (*UP_WITH_TABLE, (9.0, Judged(), []), (9.1, Ended(TABLE, 0), []))
+        Plan(table=True), (*UP_WITH_TABLE, (9.0, Judged(0), []), (9.1, Ended(TABLE, 0), []))
     ),
     "a part that is frozen for a time is thawed after it": History(
         ONE,

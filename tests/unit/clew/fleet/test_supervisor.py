@@ -90,7 +90,7 @@ def test_a_waiting_state_is_woken_at_its_deadline() -> None:
 
 PARTS = (WORLD, HOST, R1, R2, TABLE, VIEWER)
 EVENTS = st.one_of(
-    st.just(Judged()),
+    st.builds(Judged, st.sampled_from(ExitCode)),
     st.just(Tick()),
     st.builds(Ready, st.sampled_from((R1, R2, VIEWER))),
     st.builds(Ended, st.sampled_from(PARTS), st.sampled_from((0, 1, 2, -9))),
