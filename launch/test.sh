@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Checks everything: lint and format, the types and scripts beside the tests, and last the tests with real processes.
+# Checks everything: lint and format, then the tests, those with real processes and the types and scripts beside them.
 # Arguments go to both runs of pytest, so `launch/test.sh -k house` narrows them.
 #
 # It installs nothing outside its environment. What it cannot check for want of a browser, or of Node.js, it names.
@@ -30,17 +30,23 @@ source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/setup.sh"
 set_up dev
 cd "$clew_root"
 
-failed=()
+said=$(mktemp -d) # by what runs beside something else; and the names of all that has failed
+beside=()
+trap 'rm -rf "$said"; ((${#beside[@]} == 0)) || kill -- "${beside[@]/#/-}" 2>/dev/null || true' EXIT
+note_failed() {
+    echo "$1" >>"$said/failed"
+}
+
 check() {
     clew_say "$*"
-    "$python" -m "$@" || failed+=("$1")
+    "$python" -m "$@" || note_failed "$1"
 }
 
 check_shell() {
     local scripts
     mapfile -t scripts < <(find .ci launch tests -type f \( -name '*.sh' -o ! -name '*.*' \))
     clew_say "shellcheck ${scripts[*]}"
-    "$clew_venv/bin/shellcheck" --external-sources --source-path=SCRIPTDIR "${scripts[@]}" || failed+=(shellcheck)
+    "$clew_venv/bin/shellcheck" --external-sources --source-path=SCRIPTDIR "${scripts[@]}" || note_failed shellcheck
 }
 
 # TypeScript comes from npm, by a lock with its hash, into a folder of our environment.
@@ -57,7 +63,7 @@ check_page() {
     { command -v node && command -v npm; } >/dev/null || { clew_say "no Node.js with npm here: the types of the page are not checked" && return; }
     get_typescript || { clew_say "npm cannot install TypeScript: the types of the page are not checked" && return; }
     clew_say "tsc --project tests/support/page_types"
-    node "$clew_venv/typescript/node_modules/typescript/bin/tsc" --project tests/support/page_types || failed+=(tsc)
+    node "$clew_venv/typescript/node_modules/typescript/bin/tsc" --project tests/support/page_types || note_failed tsc
 }
 
 # A choice (-k, a file) may leave one of the two runs of pytest without a test, which is no failure.
@@ -65,41 +71,44 @@ check_tests() {
     local code=0
     clew_say "pytest $*"
     "$python" -m pytest "$@" || code=$?
-    ((code == 0 || (code == 5 && chosen))) || failed+=("pytest $1 $2")
+    ((code == 0 || (code == 5 && chosen))) || note_failed "pytest $1 $2"
 }
 
-# These have one thread each and give way to the tests: they compute while fleets wait.
+# A fleet waits more than it computes: two for each core. Tests of a file share what they have set up; the longest
+# files come first, and the many short ones of the browser last.
+# Each worker collects all that it is given, so where nothing is chosen it is given the files with such tests only.
+check_fleets() {
+    local where=()
+    ((chosen)) || mapfile -t where < <(printf '%s\n' tests/processes tests/browser && grep -rl 'mark\.processes' --include='test_*.py' tests/rehearsals tests/unit | sort)
+    command -v chromium >/dev/null ||
+        clew_say "no chromium here: its tests are skipped. To install it: apt-get install -y --no-install-recommends chromium"
+    check_tests -m "processes$short" -n $(($(nproc) * 2)) --dist loadfile --no-loadscope-reorder "${where[@]}" "$@"
+}
+
 check_types_and_scripts() {
-    local failed=()
-    renice -n 19 -p "$BASHPID" >/dev/null || true # without util-linux it costs the tests some time
     check mypy
     check mypy launch/locked.py # in no package: ROS 2 owns the name `launch`
     check_shell
     check_page
-    ((${#failed[@]} == 0)) || printf '%s\n' "${failed[@]}" >"$beside/failed"
 }
 
 chosen=$(($# > 0))
 check ruff check
 check ruff format --check
-beside=$(mktemp -d)
-set -m # so that they are a process group, which an interrupt ends
-check_types_and_scripts >"$beside/said" 2>&1 &
-types_and_scripts=$!
+set -m # so that each is a process group, which an interrupt ends
+check_fleets "$@" >"$said/fleets" 2>&1 &
+beside+=($!)
+# What only computes gives way to the fleets, and computes while those wait.
+renice -n 19 -p $$ >/dev/null || true # without util-linux it costs the tests some time
+check_types_and_scripts >"$said/types" 2>&1 &
+beside+=($!)
 set +m
-trap 'rm -rf "$beside"; kill -- "-$types_and_scripts" 2>/dev/null || true' EXIT
-command -v chromium >/dev/null ||
-    clew_say "no chromium here: its tests are skipped. To install it: apt-get install -y --no-install-recommends chromium"
 check_tests -m "not processes$short" -n auto --dist worksteal "$@"
-# A fleet waits more than it computes: two for each core. Tests of a file share what they have set up; the longest
-# files come first, and the many short ones of the browser last.
-# Each worker collects all that it is given, so where nothing is chosen it is given the files with such tests only.
-where=()
-((chosen)) || mapfile -t where < <(printf '%s\n' tests/processes tests/browser && grep -rl 'mark\.processes' --include='test_*.py' tests/rehearsals tests/unit | sort)
-check_tests -m "processes$short" -n $(($(nproc) * 2)) --dist loadfile --no-loadscope-reorder "${where[@]}" "$@"
-wait "$types_and_scripts"
-cat "$beside/said"
-[[ ! -e $beside/failed ]] || mapfile -t -O "${#failed[@]}" failed <"$beside/failed"
-((${#failed[@]} == 0)) && exit
-clew_say "failed: $(printf '%s; ' "${failed[@]}")"
+tail -n +1 -f --pid="${beside[0]}" "$said/fleets"
+for each in "${beside[@]}"; do
+    wait "$each" || note_failed "what ran beside the tests"
+done
+cat "$said/types"
+[[ ! -e $said/failed ]] && exit
+clew_say "failed: $(paste -sd ';' "$said/failed")"
 exit 1
