@@ -142,6 +142,7 @@ ONE_SEED = click.option("--seed", type=SEED, default=1, show_default=True, help=
 OUT = click.option(
     "--out", type=click.Path(path_type=Path), help="Folder of the run; default: a new one in runs/."
 )
+QUIET = click.option("--quiet", is_flag=True, help="Print nothing before the run has ended.")
 AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON, for programs.")
 LAW = click.option(
     "--law",

@@ -8,7 +8,18 @@ from pathlib import Path
 import click
 
 from clew.fleet.folder import RUNS, folder_name, make_folder, make_latest
-from clew.verbs.options import AS_JSON, DEPLOYMENT, FAULTS, LAW, ONE_SEED, OUT, SCENARIO, TIME, robots_option
+from clew.verbs.options import (
+    AS_JSON,
+    DEPLOYMENT,
+    FAULTS,
+    LAW,
+    ONE_SEED,
+    OUT,
+    QUIET,
+    SCENARIO,
+    TIME,
+    robots_option,
+)
 from clew.verbs.say import warn
 from protocol.errors import UsageError
 from protocol.faults.plan import NO_FAULTS
@@ -25,6 +36,7 @@ from protocol.faults.plan import load as load_plan
 @FAULTS
 @OUT
 @AS_JSON
+@QUIET
 @click.pass_context
 def rehearse(
     ctx: click.Context,
@@ -38,6 +50,7 @@ def rehearse(
     faults: str | None,
     out: Path | None,
     as_json: bool,
+    quiet: bool,
 ) -> None:
     """Run a whole fleet in this process, in virtual time.
 
@@ -74,10 +87,10 @@ def rehearse(
         make_latest(folder)
     said: Iterable[str]
     if shared is None:
-        verdict = rehearse_into(loaded, seed, folder, _say, plan)
+        verdict = rehearse_into(loaded, seed, folder, _note if quiet else _say, plan)
         code, said = verdict.exit_code, report(str(folder), timeline.read(folder), verdict)
     else:
-        together = rehearse_fleets(shared, seed, folder, _say, plan)
+        together = rehearse_fleets(shared, seed, folder, _note if quiet else _say, plan)
         code, said = together.exit_code, report_together(str(folder), together)
     if as_json:
         click.echo((folder / VERDICT_FILE).read_text(encoding="utf-8"), nl=False)
@@ -88,3 +101,7 @@ def rehearse(
 
 def _say(said: str) -> None:
     warn(f"rehearsal: {said}")
+
+
+def _note(_: str) -> None:
+    """With `--quiet`, the timeline is all that has it."""

@@ -19,6 +19,7 @@ from clew.verbs.options import (
     LAW,
     ONE_SEED,
     OUT,
+    QUIET,
     SCENARIO,
     TIME,
     VERSION,
@@ -80,7 +81,7 @@ def _endpoint(_ctx: click.Context, _param: click.Parameter, said: str | None) ->
 @FAULTS
 @OUT
 @click.option("--json", "as_json", is_flag=True, help="Print verdict.json and nothing else.")
-@click.option("--quiet", is_flag=True, help="Print nothing before the run has ended.")
+@QUIET
 @click.option("--view", is_flag=True, help="Serve the run's live page on loopback during the run.")
 @click.option(
     "--held", is_flag=True, hidden=True, help="Of max: go on only as far as a test asks, as clew.launch does."

@@ -56,15 +56,22 @@ def uniform(*, loss: float = 0.0, delay_s_max: float = 0.0, repeat: float = 0.0)
     return Plan(name="uniform", rules=tuple(rules))
 
 
+def shipped() -> dict[str, Path]:
+    """The files of the plans in launch/faults, by name."""
+    return {kept.stem: kept for kept in sorted(PLANS.glob("*.toml"))}
+
+
 def load(name_or_path: str) -> Plan:
-    """Load the plan with that name in launch/faults, or from that .toml file.
+    """Load the plan with that name in launch/faults, or from that .toml file; `none` is one without faults.
 
     Raises:
         UsageError: the file is wrong; one line names the file, the field, its bound and its value.
     """
     path = Path(name_or_path)
+    if name_or_path == NO_FAULTS.name:
+        return NO_FAULTS
     if path.suffix != ".toml":
-        known = {kept.stem: kept for kept in sorted(PLANS.glob("*.toml"))}
+        known = shipped()
         if name_or_path not in known:
             raise UsageError(
                 f"unknown fault plan {name_or_path!r}: must be one of {', '.join(known)}, or a .toml file"

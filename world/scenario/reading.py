@@ -5,6 +5,7 @@ from typing import Any
 
 from protocol import laws
 from protocol.errors import UsageError
+from protocol.faults import plan
 from protocol.files.names import did_you_mean
 from protocol.law_files import named
 from protocol.root import LAUNCH
@@ -19,6 +20,10 @@ def find(name_or_path: str) -> Path:
     if path.suffix in {".toml", ".json"}:
         return path
     known = {kept.stem: kept for folder in (SCENARIOS, FLEETS) for kept in sorted(folder.glob("*.toml"))}
+    if path.suffix in {".yaml", ".yml"}:
+        raise UsageError(f"{name_or_path}: `clew map {name_or_path}` makes a scene of a map of ROS")
+    if name_or_path in plan.shipped():
+        raise UsageError(f"{name_or_path!r} is a fault plan, not a scenario: --faults {name_or_path}")
     if name_or_path not in known:
         raise UsageError(
             f"unknown scenario {name_or_path!r}: must be one of {', '.join(known)}, or a .toml or .json file"

@@ -108,6 +108,10 @@ def test_an_unknown_plan_is_refused_with_a_list_of_known_ones() -> None:
         load("rain")
 
 
+def test_none_is_a_plan_without_faults() -> None:
+    assert load("none") == Plan(name="none")
+
+
 @pytest.mark.parametrize(
     ("rule", "said"),
     [
