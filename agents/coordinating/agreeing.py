@@ -15,6 +15,7 @@ from agents.strand.wish import Turnabout
 from protocol.arrays import distances_to_segments, xy
 from protocol.fence import Cause, Epoch
 from protocol.frames import Point
+from protocol.mission import Bounds
 from protocol.path import Path
 from protocol.timeline import RobotStranded
 from protocol.wire.codec import fits
@@ -59,13 +60,15 @@ class Agreement:
     """Whether robots took scans to find the order."""
     neighbours: Mapping[int, Point]
     """Where its neighbours in former strands were when it last heard them."""
+    path_bounds: Bounds | None = None
+    """In which the path is laid."""
 
     def drafted(
         self, order: Sequence[int], legs: Legs, driven: frozenset[int], reports: Reports, *, turn: int
     ) -> Plan:
         """The formation of a drafted strand; of its front, if a message can tell no more."""
         while True:
-            laid = lay_path(order, places_of(reports), legs)
+            laid = lay_path(order, places_of(reports), legs, self.path_bounds)
             plan = self._plan(tuple(order), laid, driven.intersection(order[1:]), reports, turn=turn)
             if len(order) == 1 or fits(plan.as_record()):
                 return plan

@@ -57,7 +57,8 @@ class Coordinator:
         self._mission = mission
         self._timing = timing
         self._suspicion = suspicion
-        self._agreement = Agreement(robot, epoch, intent, mission.goal is None, neighbours)
+        sensed, path_bounds = mission.goal is None, mission.path_bounds
+        self._agreement = Agreement(robot, epoch, intent, sensed, neighbours, path_bounds)
         self._began_s = now_s
         self._questions = Questions(mission, timing)
         self.phase = Phase.GATHERING

@@ -12,6 +12,9 @@ leg is one of two. A leader's step, or a leg that was seen when it was new, kept
 where a body stood to where it led. It is laid between places of the path, so it is off that by e at most.
 Or the leg was driven: then it has the same vertices as before, and nothing is added. A body is off the path
 by e at most, since each of its orders ends on the path. So it keeps epsilon less mu0 / 2 + 2 e.
+
+Rule 4 (safety): the path keeps the radius and e from the bounds, which no scan shows. Else new legs through
+        where bodies stand, each e nearer to the bounds than the last, would lead them out over some views.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,6 +25,7 @@ import numpy as np
 from agents.coordinating.legs import Legs
 from protocol.fence import Epoch
 from protocol.frames import Point, Pose
+from protocol.mission import Bounds
 from protocol.path import Path, straightened
 from protocol.timeline import StrandFormed
 from protocol.wire.view import PIECE_VERTICES_MAX, Counters, Formation, Neighbour, Seen
@@ -104,15 +108,17 @@ class Plan:
         return Neighbour(robot=robot, life=self.lives[robot], s_m=self.places_m[robot])
 
 
-def lay_path(order: Sequence[int], places: Mapping[int, Pose], legs: Legs) -> tuple[Path, dict[int, float]]:
-    """Rule 3: the path, and each robot's arc length along it."""
+def lay_path(
+    order: Sequence[int], places: Mapping[int, Pose], legs: Legs, within: Bounds | None = None
+) -> tuple[Path, dict[int, float]]:
+    """Rules 3 and 4: the path, and each robot's arc length along it."""
     points: list[Point] = []
     at: dict[int, int] = {}
     is_laid = False  # whether a driven leg has led to the robot's place
     for robot in reversed(order):
         leg = legs.get(robot, ()) if robot != order[0] else ()
         if leg or not is_laid:
-            here = leg[0] if leg else Point(x_m=places[robot].x_m, y_m=places[robot].y_m)
+            here = leg[0] if leg else _inside(within, places[robot])
             points += [here] if points[-1:] != [here] else []
         at[robot] = len(points) - 1
         points += leg[1:]
@@ -124,3 +130,13 @@ def lay_path(order: Sequence[int], places: Mapping[int, Pose], legs: Legs) -> tu
     path = Path(straightened(points))
     end_m = path.end_m
     return path, {robot: min(float(arcs_m[index]), end_m) for robot, index in at.items()}
+
+
+def _inside(bounds: Bounds | None, place: Pose) -> Point:
+    """The nearest point that is in these bounds."""
+    if bounds is None:
+        return Point(x_m=place.x_m, y_m=place.y_m)
+    return Point(
+        x_m=min(max(place.x_m, bounds.x_m_min), bounds.x_m_max),
+        y_m=min(max(place.y_m, bounds.y_m_min), bounds.y_m_max),
+    )

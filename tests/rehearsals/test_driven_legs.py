@@ -91,6 +91,37 @@ def test_drive_errors_do_not_add_up_from_view_to_view(
     assert rehearsal.world.ending is Ending.ARRIVED
 
 
+QUEUE, APART_M, MOVED_M, VIEWS = 5, 0.93, 0.3, 4
+AT_THE_BOUNDS = (
+    ALONG_THE_BOUNDS.replace("y_m_min = -0.1421", "y_m_min = -0.1")
+    .replace("at_m = [12.0, 0.0]", "at_m = [4.0, 0.0]")
+    .replace(
+        str([[-LEG_M * rank, 0.0, 1.0] for rank in range(ROBOTS)]),
+        str([[-APART_M * rank, 0.0, 1.0] for rank in range(QUEUE)]),
+    )
+)
+
+
+def test_nor_do_they_where_in_each_view_all_robots_have_new_lives_and_know_no_driven_leg(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each view lays the path through where bodies stand; here that came nearer to the bounds each time."""
+    monkeypatch.setattr(arena, "stream", errors)
+    (path := tmp_path / "at-the-bounds.toml").write_text(AT_THE_BOUNDS)
+    scenario = load(str(path), robots=QUEUE)
+    rehearsal, views, tail_m = Rehearsal(scenario, 1), 0, -APART_M * (QUEUE - 1)
+    for now_s in rehearsal.ticks():
+        x_m, _ = rehearsal.world.bodies.places[-1]
+        if views < VIEWS and x_m >= tail_m + MOVED_M:
+            views, tail_m = views + 1, x_m
+            names = [f"r{robot}" for robot in range(1, QUEUE + 1)]
+            rules = (Restart(name=f"view-{views}-{name}", from_s=now_s, target=name) for name in names)
+            rehearsal.turn_to(Plan(name="lives", rules=tuple(rules)))
+    assert views == VIEWS
+    assert judge(scenario, rehearsal.entries).breaches == ()
+    assert rehearsal.world.ending is Ending.ARRIVED
+
+
 SLOT = f"""
 name = "slot-along-the-bounds"
 [fleet]

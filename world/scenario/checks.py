@@ -163,17 +163,8 @@ def places_apart(section: Fleet, poses: Sequence[Pose], mission: Mission) -> Non
             _refuse(f"fleet.places[{j}]", f"{rule} from places[{i}]", f"{apart_m:.6g} m at {_at(other)}")
 
 
-def within(
-    bounds: Bounds | None,
-    section: Fleet,
-    poses: Sequence[Pose],
-    goal: Goal | None,
-    drive_m: float = 0.0,
-) -> None:
-    """Every robot's hull is inside the bounds at its start, and at the goal.
-
-    At the starts by as much as bodies may drift from their courses: the strand's path leads along them.
-    """
+def within(bounds: Bounds | None, section: Fleet, poses: Sequence[Pose], goal: Goal | None) -> None:
+    """Every robot's hull is inside the bounds at its start, and at the goal."""
     if bounds is None:
         return
     for name, low_m, high_m in (("x", bounds.x_m_min, bounds.x_m_max), ("y", bounds.y_m_min, bounds.y_m_max)):
@@ -181,17 +172,16 @@ def within(
             _refuse(f"bounds.{name}_m_min", f"< {name}_m_max = {high_m:g} m", low_m)
     radius_m = section.robot_radius_m
     for path, place in _stands(section, poses, goal):
-        least_m = radius_m + (0.0 if path == GOAL else drive_m)
         for axis, at_m, low_m, high_m in (
             ("x", place.x_m, bounds.x_m_min, bounds.x_m_max),
             ("y", place.y_m, bounds.y_m_min, bounds.y_m_max),
         ):
-            rule = f"inside the bounds by the radius{' and drive errors' if least_m > radius_m else ''}, at"
-            if at_m - low_m < least_m - ROUNDING_M:
-                least = f"{axis} >= {axis}_m_min + {least_m:g} = {low_m + least_m:g} m"
+            rule = "inside the bounds by the radius, at"
+            if at_m - low_m < radius_m - ROUNDING_M:
+                least = f"{axis} >= {axis}_m_min + {radius_m:g} = {low_m + radius_m:g} m"
                 _refuse(path, f"{rule} {least}", _at(place))
-            if high_m - at_m < least_m - ROUNDING_M:
-                most = f"{axis} <= {axis}_m_max - {least_m:g} = {high_m - least_m:g} m"
+            if high_m - at_m < radius_m - ROUNDING_M:
+                most = f"{axis} <= {axis}_m_max - {radius_m:g} = {high_m - radius_m:g} m"
                 _refuse(path, f"{rule} {most}", _at(place))
 
 

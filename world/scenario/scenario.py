@@ -86,8 +86,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
         checks.no_hull_is_anothers(self.fleet, mission)
         checks.legs(self.fleet, mission)
         checks.places_apart(self.fleet, poses, mission)
-        drive_m = self.error_budget.drive_m if self.law.promises_clearance else 0.0
-        checks.within(self.bounds, self.fleet, poses, self.goal, drive_m)
+        checks.within(self.bounds, self.fleet, poses, self.goal)
         standoff_m = max(self.closest_m, mission.moves_off_m) if mission.promises_clearance else radius_m
         checks.clear_of(self.ground, self.fleet, poses, self.goal, standoff_m)
         checks.untouched(self.movers, self.fleet, poses)

@@ -147,8 +147,8 @@ def test_the_range_of_a_large_robot_scales_with_its_radius(tmp_path: Path) -> No
         ({"bounds": [4.0, -2.0, -4.0, 2.0]}, "$.bounds[0]: must be < x_m_max = -4 m, got 4"),
         (
             {"start": [-99.0, 0.0, 0.0]},
-            "$.start, place of robot 1: must be inside the bounds by the radius and drive errors,"
-            " at x >= x_m_min + 0.12125 = -3.87875 m, got (-99, 0)",
+            "$.start, place of robot 1: must be inside the bounds by the radius,"
+            " at x >= x_m_min + 0.12 = -3.88 m, got (-99, 0)",
         ),
         ({"units": "cm"}, "$.units: must be 'm', got 'cm'"),
         ({"circles": None, "circle": []}, "$: must have the field circles, got schema, "),
