@@ -143,7 +143,8 @@ class Judge:
         tolerance = Tolerance(
             mu0_m=law.mu0_m,
             heading_error_rad=scenario.drive.heading_error_rad,
-            speed_mps_max=scenario.drive.speed_mps_max,
+            # Other fleets rely on that one, and not on what bodies could do (docs/fleets.md, P1).
+            speed_mps_max=scenario.drive.speed_mps,
         )
         self._distances = Distances(scenario)
         further = self._distances, Truth(scenario)

@@ -19,12 +19,12 @@ from protocol.timeline import (
     StepFinished,
     TrafficCounted,
 )
-from protocol.wire.messages import Phase
+from protocol.wire.messages import Drive, Phase
 from tests.support.scenes.world_scenarios import scenario
-from tests.support.stages.world_stage import Stage
+from tests.support.stages.world_stage import Stage, planned
 from world.bodies.arena import ODOMETRY_TICKS, TICK_S
 from world.core import LAST_WORDS_WALL_S
-from world.events import MessageDropped, ScanAsked, StopAsked, TokenCame, TokenWent
+from world.events import MessageDropped, OrderHeard, ScanAsked, StopAsked, TokenCame, TokenWent
 from world.judge.ending import Ending
 
 AHEAD = Point(x_m=0.5, y_m=0.0)
@@ -322,6 +322,28 @@ def test_unlawful_motion_is_recorded_as_soon_as_it_is_certain() -> None:
     assert [(each.invariant, each.robot) for each in broken if isinstance(each, PromiseBroken)] == [
         ("F5", 2),
     ]
+
+
+@pytest.mark.parametrize(("speed_mps", "breaks"), [(0.5, []), (0.9, [("S3", 1)])])
+def test_a_body_that_is_faster_than_robots_drive_is_unlawful_though_it_can_be(
+    speed_mps: float, breaks: list[tuple[str, int]]
+) -> None:
+    stage = running()
+    stage.handle(ScanAsked(1, 1))
+    stage.write(1, planned(AHEAD))
+    drive = Drive(
+        number=1,
+        basis_s=stage.world.now_s,
+        target=AHEAD,
+        speed_mps=speed_mps,
+        bearing=stage.bearing(1),
+        step=1,
+        reach_m=0.0,
+    )
+    stage.handle(OrderHeard(1, drive))
+    stage.tick(SECOND, awake=False)
+    broken = [each for each in stage.look() if isinstance(each, PromiseBroken)]
+    assert [(each.invariant, each.robot) for each in broken] == breaks
 
 
 def test_refused_messages_are_recorded() -> None:

@@ -1,7 +1,7 @@
 """How bodies move, from their sampled poses: S3, and the parts of F1 and F3 that motion shows.
 
 Rule 1 (S3): a body moves only with an accepted order, straight from the place of acceptance towards the
-        target, and no faster than its limit.
+        target, and no faster than robots drive.
 Rule 2 (F1): a body moves only while its newest accepted order bears the fence in force. So when the fence
         changes it stands until it has accepted an order under the new one.
 Rule 3 (F3): while a fence names one robot, only that robot moves; under ALL, only members of the strand move;
@@ -169,7 +169,7 @@ def _off_course(drive: _Drive, taken: _Taken | None, tolerance: Tolerance) -> It
     if beside_m > allowed_m:
         yield breach_of("S3", robot, beside_m, allowed_m, "moved off the line to its target")
     elif moved_m > reach_m:
-        yield breach_of("S3", robot, moved_m, reach_m, "moved faster than it can")
+        yield breach_of("S3", robot, moved_m, reach_m, "moved faster than robots drive")
 
 
 def _out_of_turn(evidence: Evidence, drive: _Drive, order: OrderAccepted | None) -> Iterator[PromiseBroken]:
