@@ -7,7 +7,8 @@ F1 to F6: the rules of fences (docs/strand.md), as far as a timeline shows them.
     F2: no robot plans or grants in an epoch that is not in force yet.
     F5: ground is granted only under ALL, by a member to the robot directly behind it, and never taken back.
 P1: only the first robot of a formation leads it: only that robot plans steps and records that it leads.
-P2: epochs never decrease in the entries of one process of a robot.
+P2: epochs never decrease in the entries of one process of a robot, nor time in those of the world: all
+    motion is judged in the order of time.
 P3: there is no ring, and each robot has one robot ahead: `formations`.
 P4: stale or forged messages have no effect: no robot joins or leaves a view before its epoch is in force.
 P5: queues are bounded and long enough: no inbox or outbox overflows, and entry numbers have no gaps.
@@ -212,14 +213,20 @@ class Counting:
 
 
 class Numbers:
-    """P5: the numbers of a process's entries have no gaps. It hears every entry."""
+    """P5: the numbers of a process's entries have no gaps; P2: the world's time. It hears every entry."""
 
     def __init__(self) -> None:
         self._counts: dict[str, int] = {}
+        self._newest_s = 0.0
 
     def hear(self, source: str, entry: Entry) -> Iterator[Dated]:
-        """Compare a number to the one before; a new process counts from 1."""
+        """Compare number and time to those before; a new process counts from 1."""
         before, self._counts[source] = self._counts.get(source, 0), entry.n
+        if source == WORLD:
+            if entry.t_s < self._newest_s - ROUNDING_S:
+                # A violation names a robot; what concerns all is counted for the first.
+                yield entry.t_s, broken("P2", 1, f"the world's time goes back from {self._newest_s:.3f} s")
+            self._newest_s = entry.t_s
         if entry.n in {before + 1, 1} or (robot := robot_number(source)) is None:
             return
         yield entry.t_s, broken("P5", robot, f"its entries go on with number {entry.n}")

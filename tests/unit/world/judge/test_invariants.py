@@ -5,6 +5,7 @@ import pytest
 from protocol.timeline import (
     Entry,
     LeaderSucceeded,
+    RobotDied,
     RobotFailed,
     RobotStarted,
     StrandHealed,
@@ -91,6 +92,16 @@ def test_a_missing_entry_is_found_and_a_restarted_process_counts_from_one() -> N
         court.hear("r2", Entry(n=n, t_s=1.0, hlc="", record=RobotStarted(pid=1)))
     assert [(breach.broken.invariant, breach.broken.why) for breach in court.breaches] == [
         ("P5", "its entries go on with number 4")
+    ]
+
+
+def test_time_that_goes_back_in_what_the_world_records_is_found() -> None:
+    """As where a world resumes before its newest entry: bodies would be judged where they were before."""
+    court = Court(EXACT, followers_sense=True)
+    for n, (source, t_s) in enumerate([("world", 4.0), ("r1", 3.0), ("world", 4.0), ("world", 3.9)], start=1):
+        court.hear(source, Entry(n=n, t_s=t_s, hlc="", record=RobotDied(robot=2, silent_since_s=1.0)))
+    assert [(each.broken.invariant, each.broken.why) for each in court.breaches if each.t_s == 3.9] == [
+        ("P2", "the world's time goes back from 4.000 s")
     ]
 
 
