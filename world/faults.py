@@ -27,7 +27,7 @@ from protocol.wire.messages import Faults
 TELL_S = 0.5  # simulated: how often the state is repeated
 GIVEN_MAX = 100  # the limit of a `Faults` message
 NEWS_MAX = 2**32  # per life of the world: more than a run has ticks; 2 million lives fit into a `Count`
-GIVEN = re.compile(r"given-(\d+)")
+GIVEN = re.compile(r"given-([0-9]{1,9})([.]|$)")  # bounded, since a robot may record any name
 
 
 class RunFaults:

@@ -192,6 +192,16 @@ def test_a_resumed_world_reuses_no_rule_name_and_overrides_the_killed_world() ->
     assert resumed.of("r1").number > killed.of("r1").number
 
 
+@pytest.mark.parametrize("digits", ["9" * 1900, "9" * 70, "\u0663"])
+def test_a_robot_cannot_make_the_names_of_manual_rules_too_long_for_a_message(digits: str) -> None:
+    faults = without_plan()
+    faults.hear("r2", entry(FaultInjected(rule=f"given-{digits}", fault="drop")))
+    faults.add(Drop(), now_s=5.0, for_s=None)
+    told = faults.of("r1")
+    assert decode(encode(told, 1)) == (1, told)
+    assert [rule.name for rule in told.rules] == ["given-1"]
+
+
 def test_a_robot_gets_its_delay_and_the_end_of_it() -> None:
     faults = without_plan()
     faults.add(Slow(target="r3", delay_s=0.2, for_s=1.0), now_s=0.0, for_s=None)
