@@ -12,7 +12,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from protocol.frames import ROBOTS_MAX, Count, RobotId
+from protocol.frames import ROBOTS_MAX, Count, RobotCount, RobotId
 
 NUMBERS = 10_000  # of robots per generation: five times `ROBOTS_MAX`; a power of ten keeps epochs readable
 GENERATIONS_MAX = 2**39  # so that an epoch's number is a `Count`
@@ -59,7 +59,7 @@ class Fence(Struct, frozen=True, kw_only=True):
     """ONE: who may move; ALL: who leads the strand."""
     life: Life = 0
     """ONE: the life of that robot."""
-    members: Count = 0
+    members: RobotCount = 0
     """ALL: how many robots are in the strand."""
 
     @property

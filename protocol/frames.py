@@ -18,6 +18,7 @@ Count = Annotated[int, Meta(ge=0, le=2**53)]  # 2**53: JSON readers keep integer
 ROBOTS_MAX = 2000  # one robot's traffic counts of so many view keys fit into a message, at 65 kB
 FLEETS_MAX = 250  # on one ground: 1,000 robots as strands of four
 RobotId = Annotated[int, Meta(ge=1, le=ROBOTS_MAX)]
+RobotCount = Annotated[int, Meta(ge=0, le=ROBOTS_MAX)]  # also a rank: its reader may list so many robots
 
 
 class Point(Struct, frozen=True, kw_only=True):

@@ -5,7 +5,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from protocol.fence import Cause, May
-from protocol.frames import ROBOTS_MAX, Count, Length, Metres, Point, RobotId, Seconds
+from protocol.frames import ROBOTS_MAX, Count, Length, Metres, Point, RobotCount, RobotId, Seconds
 from protocol.timeline.base import Kind, LifeText, Robot, Text
 
 
@@ -19,7 +19,7 @@ class FenceChanged(Kind, frozen=True, kw_only=True, tag="fence.changed"):
     life: Annotated[LifeText, Meta(description="of the coordinator; hexadecimal")]
     named: Annotated[Robot, Meta(description="`one`: who may move; `all`: who leads; else 0")] = 0
     named_life: LifeText = ""
-    members: Annotated[Count, Meta(description="`all`: how many robots are in the strand")] = 0
+    members: Annotated[RobotCount, Meta(description="`all`: how many robots are in the strand")] = 0
     cause: Annotated[Cause | None, Meta(description="why the epoch was proposed; null: it is a turn")] = None
 
 
@@ -68,8 +68,8 @@ class StrandJoined(Kind, frozen=True, kw_only=True, tag="strand.joined"):
     """A robot has its place in the strand."""
 
     epoch: Count
-    rank: Annotated[Count, Meta(description="the leader's is 0")]
-    members: Annotated[Count, Meta(description="how many robots are in the strand")] = 0
+    rank: Annotated[RobotCount, Meta(description="the leader's is 0")]
+    members: Annotated[RobotCount, Meta(description="how many robots are in the strand")] = 0
 
 
 class StrandReversed(Kind, frozen=True, kw_only=True, tag="strand.reversed"):
@@ -106,7 +106,7 @@ class RobotStranded(Kind, frozen=True, kw_only=True, tag="robot.stranded"):
 class RobotPlaced(Kind, frozen=True, kw_only=True, tag="robot.placed"):
     """A robot that was not in place at the start has joined: it stands at the end of the strand."""
 
-    rank: Annotated[Count, Meta(description="its place in the strand; the leader's is 0")]
+    rank: Annotated[RobotCount, Meta(description="its place in the strand; the leader's is 0")]
     turn: Annotated[Count, Meta(description="the turn in which it joined")]
     x_m: Metres
     y_m: Metres
@@ -164,7 +164,7 @@ class StrandHealed(Kind, frozen=True, kw_only=True, tag="strand.healed"):
     """The strand drives again after a formation with other members; its leader says so."""
 
     epoch: Count
-    robots: Annotated[Count, Meta(description="how many robots are in the strand")]
+    robots: Annotated[RobotCount, Meta(description="how many robots are in the strand")]
 
 
 class RobotHeld(Kind, frozen=True, kw_only=True, tag="robot.held"):

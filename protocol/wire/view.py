@@ -10,7 +10,7 @@ from typing import Annotated
 from msgspec import Meta, Struct
 
 from protocol.fence import AnyRobot, Epoch, Life
-from protocol.frames import ROBOTS_MAX, Count, Length, Point, Pose, RobotId, Vertex
+from protocol.frames import ROBOTS_MAX, Count, Length, Point, Pose, RobotCount, RobotId, Vertex
 
 FORMERS_MAX = 4  # the last three formations, and the draft
 LEG_CORNERS_MAX = 64  # a leg with more corners is planned anew
@@ -25,7 +25,7 @@ class Former(Struct, frozen=True, kw_only=True):
     """A place that a robot had and has not left since."""
 
     epoch: Epoch
-    rank: Count
+    rank: RobotCount
     """The leader's is 0."""
     s_m: Length = 0.0
     """Arc length along that formation's path; of no meaning in a draft."""
@@ -141,7 +141,7 @@ class Answer(Struct, frozen=True, kw_only=True, tag="answer"):
     """Whether it is because no way was found for it."""
     question: Question | None = None
     join: Join | None = None
-    rank: Count | None = None
+    rank: RobotCount | None = None
     """The robot's place in the draft, if it is in place."""
     wants_map: bool = False
 
@@ -163,8 +163,8 @@ class Formation(Struct, frozen=True, kw_only=True, tag="formation"):
     """Of the member."""
     turn: Count
     """Of the formation's ALL."""
-    members: Count
-    rank: Count
+    members: RobotCount
+    rank: RobotCount
     """The leader's is 0."""
     s_m: Length
     """The member's place, in arc length along the path."""

@@ -14,9 +14,10 @@ from hypothesis import strategies as st
 from protocol.errors import MessageRefusedError
 from protocol.fence import GENERATIONS_MAX, Epoch, Fence, May
 from protocol.frames import ROBOTS_MAX, Pose
-from protocol.timeline import Entry, RouteLost
+from protocol.timeline import Entry, RouteLost, StrandJoined
 from protocol.wire.codec import SCHEMA_VERSION, SEAL_BYTES, SIZE_MAX_BYTES, decode, encode, sealed
 from protocol.wire.messages import Ask, LogBatch, Message, Scan
+from protocol.wire.view import Formation
 from tests.support.strategies.message_strategies import MESSAGE_TYPES, messages, values_of
 
 NUMBERS = st.integers(0, 2**53)
@@ -160,6 +161,30 @@ def test_a_message_without_one_of_its_fields_is_refused_or_valid(
     refused_or_lawful(sealed(msgpack.packb(raw)))
 
 
+@pytest.mark.parametrize(("rank", "members"), [(ROBOTS_MAX + 1, 1), (0, ROBOTS_MAX + 1)])
+def test_a_rank_or_a_number_of_members_that_no_fleet_has_is_refused(rank: int, members: int) -> None:
+    """Its reader lists so many robots: such an entry ended the world, and each that was started again."""
+    joined = Entry(n=1, t_s=0.0, hlc="", record=StrandJoined(epoch=1, rank=rank, members=members))
+    told = Formation(
+        epoch=Epoch(),
+        life=1,
+        turn=1,
+        members=members,
+        rank=rank,
+        s_m=0.0,
+        place=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0),
+        ahead=None,
+        behind=None,
+        leg_is_driven=False,
+        first=0,
+        vertices=0,
+        path=(),
+    )
+    for message in (LogBatch(entries=(joined,)), told):
+        with pytest.raises(MessageRefusedError, match=f"<= {ROBOTS_MAX}"):
+            decode(encode(message, 1))
+
+
 @pytest.mark.parametrize("part", ["v", "n", "m"])
 def test_an_envelope_without_one_of_its_parts_is_refused(part: str) -> None:
     raw = unpacked(Ask())
@@ -226,7 +251,7 @@ def test_the_size_limit_accepts_the_largest_scan_and_no_byte_more_than_the_limit
         may=May.STOPPED,
         robot=ROBOTS_MAX,
         life=2**63 - 1,
-        members=2**53,
+        members=ROBOTS_MAX,
     )
     scan = Scan(t_s=1e9, pose=pose, fence=fence, ranges_m=(math.pi,) * 7200)
     assert decode(encode(scan, 2**53)) == (2**53, scan)
