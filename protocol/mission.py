@@ -5,7 +5,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from protocol.frames import ROBOTS_MAX, Length, Metres, Point, Seconds, Speed
+from protocol.frames import ROBOTS_MAX, Length, Metres, Point, Pose, Seconds, Speed
 
 DEADMAN_S = 1.0  # ten odometry periods: docs/run.md
 WATCH_S = 0.3  # odometry, scan, order: a robot whose motion is safe for this long never has to stop
@@ -45,6 +45,13 @@ class Bounds(Struct, frozen=True, kw_only=True):
     y_m_min: Metres
     x_m_max: Metres
     y_m_max: Metres
+
+    def nearest(self, place: Pose | Point) -> Point:
+        """The point in it that is nearest to a place."""
+        return Point(
+            x_m=min(max(place.x_m, self.x_m_min), self.x_m_max),
+            y_m=min(max(place.y_m, self.y_m_min), self.y_m_max),
+        )
 
 
 def robot_keep_m(

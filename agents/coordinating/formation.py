@@ -15,6 +15,7 @@ by e at most, since each of its orders ends on the path. So it keeps epsilon les
 
 Rule 4 (safety): the path keeps the radius and e from the bounds, which no scan shows. Else new legs through
         where bodies stand, each e nearer to the bounds than the last, would lead them out over some views.
+        A start is off that path by e at most, or, in a corner, by what 2 e leaves (`world/scenario/checks.py`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -133,10 +134,5 @@ def lay_path(
 
 
 def _inside(bounds: Bounds | None, place: Pose) -> Point:
-    """The nearest point that is in these bounds."""
-    if bounds is None:
-        return Point(x_m=place.x_m, y_m=place.y_m)
-    return Point(
-        x_m=min(max(place.x_m, bounds.x_m_min), bounds.x_m_max),
-        y_m=min(max(place.y_m, bounds.y_m_min), bounds.y_m_max),
-    )
+    """The nearest point in these bounds; without bounds, the place itself."""
+    return Point(x_m=place.x_m, y_m=place.y_m) if bounds is None else bounds.nearest(place)

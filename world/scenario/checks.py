@@ -1,5 +1,6 @@
 """The relations that a scenario must satisfy; each refusal is one line: path, bound, value."""
 
+import math
 from collections.abc import Sequence
 from itertools import combinations, pairwise
 from typing import NoReturn
@@ -8,7 +9,7 @@ import numpy as np
 
 from protocol.frames import SPEED_MPS_MAX, Point, Pose
 from protocol.legs import PLACE_SLACK_M, leg_m_min, legs_m
-from protocol.mission import Bounds, Mission
+from protocol.mission import DRIVE_SHARE, Bounds, Mission
 from world.geometry.clearance import distances
 from world.geometry.movers import Movers
 from world.geometry.moving import Moving
@@ -183,6 +184,22 @@ def within(bounds: Bounds | None, section: Fleet, poses: Sequence[Pose], goal: G
             if high_m - at_m < radius_m - ROUNDING_M:
                 most = f"{axis} <= {axis}_m_max - {radius_m:g} = {high_m - radius_m:g} m"
                 _refuse(path, f"{rule} {most}", _at(place))
+
+
+def near_path(section: Fleet, poses: Sequence[Pose], mission: Mission, budget: Budget) -> None:
+    """No start is so far in a corner of the bounds that a drive along the strand's path leaves the seen leg.
+
+    The path keeps off the bounds by one drive's share of mu0, and legs leave room for two such shares
+    (`agents/coordinating/formation.py`); in a corner a start may be off the path by more than one.
+    """
+    if (laid := mission.path_bounds) is None:
+        return
+    room_m = (2.0 * mission.mu0_m - budget.drive_m) * DRIVE_SHARE
+    for path, place in _stands(section, poses, None):
+        near = laid.nearest(place)
+        if math.hypot(place.x_m - near.x_m, place.y_m - near.y_m) > room_m + ROUNDING_M:
+            rule = f"within {room_m:.6g} m of {_at(near)}, out of the corner of the bounds"
+            _refuse(path, rule, _at(place))
 
 
 def clear_of(

@@ -13,6 +13,7 @@ from protocol.faults.plan import Plan, load, uniform
 from protocol.faults.rules import Drop, Kill, MessageKind, Partition, Rule
 from protocol.wire.messages import Message
 from tests.support.faults import SHIPPED
+from world.scenario.reading import find
 
 
 def refusal(tmp_path: Path, rule: str, head: str = 'name = "bad"\n') -> str:
@@ -110,6 +111,11 @@ def test_an_unknown_plan_is_refused_with_a_list_of_known_ones() -> None:
 
 def test_none_is_a_plan_without_faults() -> None:
     assert load("none") == Plan(name="none")
+
+
+def test_a_plan_that_is_given_as_a_scenario_is_named_as_that() -> None:
+    with pytest.raises(UsageError, match=r"'loss-50' is a fault plan, not a scenario: --faults loss-50"):
+        find("loss-50")
 
 
 @pytest.mark.parametrize(

@@ -298,11 +298,6 @@ def test_an_unknown_scenario_is_refused_with_a_list_of_known_ones() -> None:
         load("groove")
 
 
-def test_a_fault_plan_that_is_given_as_a_scenario_is_named_as_that() -> None:
-    with pytest.raises(UsageError, match=r"'loss-50' is a fault plan, not a scenario: --faults loss-50"):
-        load("loss-50")
-
-
 def test_a_file_that_cannot_be_read_or_parsed_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="No such file"):
         load(str(tmp_path / "nowhere.toml"))
