@@ -15,7 +15,7 @@ by e at most, since each of its orders ends on the path. So it keeps epsilon les
 
 Rule 4 (safety): the path keeps the radius and e from the bounds, which no scan shows. Else new legs through
         where bodies stand, each e nearer to the bounds than the last, would lead them out over some views.
-        A start is off that path by e at most, or, in a corner, by what 2 e leaves (`world/scenario/checks.py`).
+        A start is off it by e at most; in a corner by what 2 e leaves (`world/scenario/checks.py`).
 """
 
 from collections.abc import Mapping, Sequence
