@@ -135,6 +135,31 @@ class Ground:
         of_ellipses = np.column_stack((self.ellipses[:, :2], self.ellipse_reach_m[0]))
         return np.vstack((self.circles, of_ellipses, np.column_stack((middles, half_lengths_m))))
 
+    @cached_property
+    def _boxes_m(self) -> tuple[Floats, Floats]:
+        """`(shape_count, 2)`: the lower left and the upper right corner of a box around each shape."""
+        owners = np.concatenate((self.circle_owner, self.ellipse_owner, self.edge_owner))
+        low, high = np.full((self.shape_count, 2), math.inf), np.full((self.shape_count, 2), -math.inf)
+        np.minimum.at(low, owners, self.discs[:, :2] - self.discs[:, 2:])
+        np.maximum.at(high, owners, self.discs[:, :2] + self.discs[:, 2:])
+        return low, high
+
+    def within(self, low: Floats, high: Floats) -> "Ground":
+        """The same ground without some of the shapes that do not reach into this box; owners stay."""
+        boxes_low, boxes_high = self._boxes_m
+        is_in = np.asarray(((boxes_low <= high) & (boxes_high >= low)).all(axis=1))
+        circles, ellipses = is_in[self.circle_owner], is_in[self.ellipse_owner]
+        edges = is_in[self.edge_owner]
+        return Ground(
+            shape_count=self.shape_count,
+            circles=self.circles[circles],
+            circle_owner=self.circle_owner[circles],
+            ellipses=self.ellipses[ellipses],
+            ellipse_owner=self.ellipse_owner[ellipses],
+            edges=self.edges[edges],
+            edge_owner=self.edge_owner[edges],
+        )
+
 
 def ground_of(shapes: Sequence[Shape]) -> Ground:
     """Pack shapes into arrays."""

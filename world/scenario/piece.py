@@ -3,10 +3,12 @@
 Rule 1: the grid is conservative: it may miss a way that barely fits.
 Rule 2: scipy is loaded when a piece is asked for. That takes a third of a launcher's and of a world's start,
         and most scenarios draw no places.
+Rule 3: the grid is measured tile by tile, against the obstacles near to the tile: a map has thousands.
 """
 
 import math
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -17,7 +19,7 @@ from world.geometry.shapes import Ground
 
 CELLS = 4.0  # per distance to keep: ways that are 20 % wider than necessary are found
 CELLS_MAX = 400_000  # 1 s to 2 s of work; wider bounds get larger cells, which need wider ways
-POINTS = 4096  # measured in one call, against all obstacles: about 10 MB per 1000 edges
+TILE_CELLS = 32  # along each side; near to such a tile are few obstacles
 
 
 @dataclass(frozen=True)
@@ -58,10 +60,12 @@ def piece_of(
     middles = low_m + cell_m * (np.indices((columns, rows)).reshape(2, -1).T + 0.5)
     # Half a cell, or half a diagonal, is added, so that the whole area of a free cell is free.
     inner = np.minimum(middles - low_m, low_m + size_m - middles).min(axis=1) >= hull_m + cell_m / 2.0
-    free = inner.copy()
-    free[inner] = _clearances(ground, middles[inner]) >= clear_m + cell_m / math.sqrt(2.0)
-    labels = np.asarray(ndimage.label(free.reshape(columns, rows))[0], dtype=np.intp)
-    return Piece(low_m, cell_m, free.reshape(columns, rows) & (labels == _chosen(labels, middles, at_m)))
+    places, free = middles.reshape(columns, rows, 2), inner.reshape(columns, rows)
+    for tile in product(*(range(0, count, TILE_CELLS) for count in free.shape)):
+        cut = tuple(slice(first, first + TILE_CELLS) for first in tile)
+        free[cut] &= _are_clear(ground, places[cut], clear_m + cell_m / math.sqrt(2.0))
+    labels = np.asarray(ndimage.label(free)[0], dtype=np.intp)
+    return Piece(low_m, cell_m, free & (labels == _chosen(labels, middles, at_m)))
 
 
 def _chosen(labels: Indices, middles: Floats, at_m: tuple[float, float] | None) -> int:
@@ -75,7 +79,8 @@ def _chosen(labels: Indices, middles: Floats, at_m: tuple[float, float] | None) 
     return int(flat[free[np.hypot(*(middles[free] - at_m).T).argmin()]])
 
 
-def _clearances(ground: Ground, points: Floats) -> Floats:
-    """The distance from each point (n, 2) to the nearest obstacle."""
-    parts = np.array_split(points, len(points) // POINTS + 1)
-    return np.concatenate([clearance(ground, part, part) for part in parts])
+def _are_clear(ground: Ground, places: Floats, clear_m: float) -> Flags:
+    """Which of the places (k, l, 2) of a tile are at least so far from all obstacles."""
+    points = places.reshape(-1, 2)
+    near = ground.within(points.min(axis=0) - clear_m, points.max(axis=0) + clear_m)
+    return np.asarray(clearance(near, points, points) >= clear_m).reshape(places.shape[:2])

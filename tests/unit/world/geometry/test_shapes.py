@@ -7,8 +7,9 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from tests.support.strategies.shape_strategies import patiently, points, polygons
+from tests.support.strategies.shape_strategies import grounds, patiently, points, polygons
 from world.geometry import rings
+from world.geometry.clearance import clearance
 from world.geometry.shapes import Circle, Ellipse, Polygon, Shape, ground_of
 
 SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
@@ -101,6 +102,30 @@ def test_an_ellipse_is_as_sharp_as_its_rhombus() -> None:
     )
     long = Ellipse(centre_m=(0.0, 0.0), semi_axes_m=(0.1, 1.0))
     assert math.tan(long.sharpest_corner_rad / 2) == pytest.approx(0.1)
+
+
+@patiently
+@given(grounds, points, st.floats(0.0, 3.0), st.floats(0.0, 1.0))
+def test_the_ground_near_to_a_place_is_as_near_and_as_solid(
+    shapes: list[Shape], at_m: tuple[float, float], side_m: float, reach_m: float
+) -> None:
+    ground, low = ground_of(shapes), np.array(at_m)
+    places = low + side_m * np.indices((3, 3)).reshape(2, -1).T / 2.0
+    wanted_m = clearance(ground, places, places)
+    near = ground.within(low - reach_m, low + side_m + reach_m)
+    apart_m = clearance(near, places, places)
+    assert np.where(wanted_m < reach_m, apart_m, 0.0) == pytest.approx(
+        np.where(wanted_m < reach_m, wanted_m, 0.0), abs=1e-9
+    )
+    assert (apart_m[wanted_m >= reach_m] >= reach_m - 1e-9).all()
+
+
+def test_far_shapes_are_left_out() -> None:
+    ground = ground_of([Polygon(vertices_m=SQUARE), Circle(centre_m=(5.0, 0.0), radius_m=1.0)])
+    near = ground.within(np.array((-2.0, -1.0)), np.array((-0.6, 1.0)))
+    assert (len(near.edges), len(near.circles)) == (0, 0)
+    near = ground.within(np.array((3.0, -1.0)), np.array((4.5, 1.0)))
+    assert (len(near.edges), near.circle_owner.tolist(), near.shape_count) == (0, [1], 2)
 
 
 def test_ground_maps_each_row_to_its_shape() -> None:
