@@ -28,6 +28,7 @@ SECTIONS: Mapping[str, Mapping[str, Late]] = {
     "A run": {
         "run": Late("run:run", "Run a fleet as real processes."),
         "rehearse": Late("rehearse:rehearse", "Run a whole fleet in one process, in virtual time."),
+        "map": Late("map:map_verb", "Make a scene of a map of ROS (map_server)."),
         "ls": Late("ls:ls", "List runs with verdict, size and age; delete them."),
         "fault": Late("fault:fault", "Inject a fault into a running fleet; stop it."),
         "view": Late("view:view", "Serve the page of a run to browsers."),

@@ -139,8 +139,8 @@ clew_make() {
     clew_say "$clew_venv is ready, after $SECONDS s"
 }
 
-# set_up run|tools|dev: returns with an environment that holds what a run needs, what figures and exports need
-# beside, or what the tests need.
+# set_up run|tools|dev: returns with an environment that holds what a run needs, what figures, exports and
+# maps need beside, or what the tests need.
 set_up() {
     clew_is_ready "$1" && return
     command -v flock >/dev/null || clew_refuse "flock (util-linux) is needed to set up"

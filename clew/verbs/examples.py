@@ -16,6 +16,7 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
         "rehearse my.toml --faults my.faults.toml --out runs/mine",
         "rehearse crossing",
     ],
+    "map": ["map warehouse.yaml --start 1.5 2 0 --goal 10.5 6"],
     "ls": ["ls", "ls runs/* --delete", "ls runs/latest --delete --yes"],
     "fault": ["fault runs/latest kill leader", "fault runs/latest stop"],
     "fault kill": ["fault runs/latest kill leader", "fault runs/latest kill middle --robots 2"],

@@ -57,7 +57,7 @@ FLOORS: dict[str, dict[str, int]] = {
     "clew": {
         "percentiles": 0,
         "judge/": 0,
-        **dict.fromkeys(("fields/", "log/", "rehearsal/"), 1),
+        **dict.fromkeys(("fields/", "log/", "maps/", "rehearsal/"), 1),
         **dict.fromkeys(("coverage/", "story/", "swarm/"), 2),
         **dict.fromkeys(("export/", "fleet/", "page/"), 3),
         **dict.fromkeys(("campaign/", "page/serve/"), 4),

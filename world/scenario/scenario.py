@@ -33,7 +33,7 @@ Table = Annotated[
     Meta(description="m, one row per switching position, one column per obstacle"),
 ]
 
-
+OBSTACLES_MAX = 10_000
 SURE_RANGE_KEEPS = 12.0
 """Out to so many least centre distances, scans must show every obstacle, by more revolutions if needed."""
 
@@ -54,7 +54,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
     bounds: Annotated[Bounds | None, Meta(description="the rectangle that no hull may leave")] = None
     obstacles: Annotated[
         tuple[Shape, ...],
-        Meta(max_length=10_000, description="static obstacles; robots do not know them"),
+        Meta(max_length=OBSTACLES_MAX, description="static obstacles; robots do not know them"),
     ] = field(default=(), name="obstacle")
     moving: Annotated[
         tuple[Moving, ...],

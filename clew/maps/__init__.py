@@ -1,0 +1,1 @@
+"""Reads maps as ROS keeps them, and makes scenes of them."""

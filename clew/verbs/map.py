@@ -1,0 +1,101 @@
+"""`clew map`: makes a scene of a map of ROS."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from clew.fields.kinds import ROBOT_RADIUS_M
+from clew.verbs.extras import need
+from clew.verbs.options import FINITE
+from clew.verbs.say import warn
+from protocol.errors import UsageError
+from protocol.files.opening import WRITTEN_BYTES_MAX
+from protocol.files.reading import understand
+
+
+@click.command("map")
+@click.argument("file", metavar="FILE.yaml", type=click.Path(path_type=Path))
+@click.option(
+    "--start",
+    type=(FINITE, FINITE, FINITE),
+    required=True,
+    metavar="X Y HEADING",
+    help="Where the first robot starts [m, m, rad], in the map's frame; the others queue behind it.",
+)
+@click.option(
+    "--goal",
+    "goal_m",
+    type=(FINITE, FINITE),
+    required=True,
+    metavar="X Y",
+    help="Where the leader has to come [m].",
+)
+@click.option(
+    "--robot-radius",
+    "robot_radius_m",
+    type=FINITE,
+    default=ROBOT_RADIUS_M,
+    show_default=True,
+    help="Radius of each robot [m].",
+)
+@click.option(
+    "--coarsen",
+    type=click.IntRange(1, 1000),
+    default=1,
+    metavar="K",
+    help="Take K x K cells as one, an obstacle if any of them is: fewer corners, and obstacles that are "
+    "larger by less than K cells.",
+)
+def map_verb(file: Path, *, robot_radius_m: float, **asked: Any) -> None:  # noqa: ANN401 - handed on
+    """Print a map of ROS as a scene, which other verbs can run.
+
+    FILE.yaml is a map as map_server reads it, with its image (PGM, PNG or BMP) beside it. Every cell that is
+    not known to be free is an obstacle: unknown cells, too, and what lies beyond the image.
+
+    Example: clew map warehouse.yaml --start 1.5 2 0 --goal 10.5 6 > warehouse.json
+    """
+    for module in ("PIL", "yaml"):
+        need(module, extra="maps", by="maps need")
+    from clew.maps.occupancy import SAVED_UNKNOWN, read_map
+    from clew.maps.scene import scene
+    from world.scenario.scene import ROBOTS
+
+    ground = read_map(file)
+    if ground.doubtful:
+        warn(
+            f"{file}: {ground.doubtful} cells are free by its free_thresh, and have grey {SAVED_UNKNOWN}, "
+            "by which map_saver writes unknown cells; with free_thresh: 0.196 they are obstacles"
+        )
+    try:
+        made = scene(ground, file.stem, robot_radius_m=robot_radius_m, **asked)
+    except UsageError as error:
+        raise UsageError(f"{file}: {error}") from error
+    said = json.dumps(made)
+    if len(said) > WRITTEN_BYTES_MAX:
+        raise UsageError(f"{file}: the scene would be longer than {WRITTEN_BYTES_MAX} bytes; try --coarsen 2")
+    _check(json.loads(said), str(file), robots=1)
+    polygons, (x_m_min, y_m_min, x_m_max, y_m_max) = made["polygons"], made["bounds"]
+    warn(
+        f"{file}: {len(polygons)} obstacles with {sum(map(len, polygons))} corners; "
+        f"free ground from ({x_m_min:g}, {y_m_min:g}) to ({x_m_max:g}, {y_m_max:g}) m"
+    )
+    try:
+        _check(json.loads(said), str(file), robots=ROBOTS)
+    except UsageError as error:
+        warn(f"{error}: so there is no room for a queue of {ROBOTS}: use fewer (-n), or --deployment random")
+    click.echo(said)
+
+
+def _check(made: dict[str, Any], source: str, *, robots: int) -> None:
+    """Refuse a scene that does not work for so many robots."""
+    from world.scenario.scenario import Scenario
+    from world.scenario.scene import as_scenario, in_own_words
+
+    raw = as_scenario(made, source)
+    raw["fleet"]["robots"] = robots
+    try:
+        understand(raw, Scenario, source)
+    except UsageError as error:
+        raise UsageError(in_own_words(str(error), made)) from error
