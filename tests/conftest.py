@@ -3,8 +3,9 @@
 import gc
 import os
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -48,6 +49,18 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_collection_finish() -> None:
     gc.freeze()  # else each full collection walks all that was collected: 5 % of the tests' time
+
+
+@pytest.fixture
+def held() -> Callable[[type], list[Any]]:
+    """Lists the instances of a type that were made since the test began, and live."""
+    gc.freeze()  # else each list walks all that former tests keep
+
+    def instances(kind: type) -> list[Any]:
+        gc.collect()
+        return [each for each in gc.get_objects() if isinstance(each, kind)]
+
+    return instances
 
 
 @pytest.fixture(scope="session")

@@ -1,6 +1,7 @@
 """What robots hold in memory: only the one that leads has the cells of a map."""
 
-import gc
+from collections.abc import Callable
+from typing import Any
 
 from agents.navigation.pricing import Cells
 from clew.bench.soak import endless_queue
@@ -14,13 +15,9 @@ LEADER, MIDDLE, TAIL = "r1", "r3", "r5"
 UNTIL_S = 22.0
 
 
-def held() -> list[Cells]:
-    gc.collect()
-    return [each for each in gc.get_objects() if isinstance(each, Cells)]
-
-
-def test_in_a_queue_whose_robots_are_restarted_only_the_leader_holds_the_cells_of_a_map() -> None:
-    others = held()  # other tests of this process keep runs to read
+def test_in_a_queue_whose_robots_are_restarted_only_the_leader_holds_the_cells_of_a_map(
+    held: Callable[[type], list[Any]],
+) -> None:
     rules = [
         Restart(target=target, from_s=from_s, after_s=0.5)
         for target, from_s in ((LEADER, 3.0), (MIDDLE, 8.0), (TAIL, 13.0))
@@ -31,4 +28,4 @@ def test_in_a_queue_whose_robots_are_restarted_only_the_leader_holds_the_cells_o
     records = [entry.record for _, entry in fleet.entries]
     assert sum(isinstance(each, StrandFormed) for each in records) > len(rules), "each restart forms a strand"
     assert sum(isinstance(each, RobotPlaced) for each in records) > 1, "robots had turns"
-    assert len(held()) <= len(others) + 1
+    assert len(held(Cells)) <= 1
