@@ -1,5 +1,11 @@
-"""The command line of each part of a fleet, and the destination of its output."""
+"""The command line of each part of a fleet, and the destination of its output.
 
+Rule 1: the robots of a large fleet give way to world and router. Else hundreds of processes that all have
+        something to do at once leave a hundredth of a core to the world, and its ticks are late.
+"""
+
+import math
+import os
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -14,6 +20,11 @@ from world.scenario.scenario import Scenario
 
 SAID_FILE = "said"
 """In the private folder: the output of the parts while the user sees a table or nothing."""
+
+
+ROBOTS_WEIGH = 4.0  # times one process: the world needs some 5 ms of its core at once
+NICE_STEP = 1.25  # by so much less weighs a process for each step: sched(7)
+NICE_MAX = 19
 
 
 class Stdout(Enum):
@@ -33,8 +44,8 @@ class Part:
     arguments: Callable[[Prepared], list[str]]
     """The arguments of Python."""
     stdout: Stdout = Stdout.STDERR
-    nice: bool = False
-    """It runs at low priority."""
+    nice: Callable[[Prepared], int] = lambda _: 0
+    """By how much it gives way to others."""
 
 
 def _router(number: int) -> Part:
@@ -58,6 +69,11 @@ def _host(run: Prepared) -> list[str]:
     return ["-m", "agents", *robots, "--host"]
 
 
+def nice_of(robots: int, cores: int) -> int:
+    """Rule 1: by how much robots give way: those of one core weigh at most `ROBOTS_WEIGH` together."""
+    return min(max(math.ceil(math.log(robots / cores / ROBOTS_WEIGH, NICE_STEP)), 0), NICE_MAX)
+
+
 def _crews(run: Prepared) -> list[tuple[Path, Path, int]]:
     """The folders of each fleet, the run's and the private one, and how many robots it has."""
     if isinstance(run.scenario, Scenario):
@@ -76,8 +92,8 @@ def _table(run: Prepared) -> list[str]:
 PARTS: Mapping[str, Part] = {
     **{router_name(number): _router(number) for number in range(1, ROUTERS_MAX + 1)},
     WORLD: Part(_world),
-    HOST: Part(_host),
-    VIEWER: Part(_viewer, Stdout.READY, nice=True),
+    HOST: Part(_host, nice=lambda run: nice_of(run.robots, len(os.sched_getaffinity(0)))),
+    VIEWER: Part(_viewer, Stdout.READY, nice=lambda _: 10),
     TABLE: Part(_table, Stdout.TERMINAL),
 }
 
@@ -87,4 +103,5 @@ def command_of(name: str, run: Prepared, *, resume: bool = False) -> list[str]:
     part = PARTS[name]
     lifeline = [] if name == TABLE else ["--lifeline"]
     again = ["--resume"] if resume else []
-    return [*(["nice"] if part.nice else []), sys.executable, *part.arguments(run), *lifeline, *again]
+    gently = ["nice", "-n", str(nice)] if (nice := part.nice(run)) > 0 else []
+    return [*gently, sys.executable, *part.arguments(run), *lifeline, *again]
