@@ -121,18 +121,17 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
     def path_bounds(self) -> Bounds | None:
         """The rectangle in which a strand's path is laid, so that no drive's error leads out of the bounds.
 
-        None: there are no bounds, or nothing is promised.
+        The loader refuses bounds that leave none. None: there are no bounds, or nothing is promised.
         """
         bounds = self.bounds
         if bounds is None or not self.promises_clearance:
             return None
         inset_m = self.robot_radius_m + DRIVE_SHARE * self.mu0_m
-        middle_x_m, middle_y_m = (bounds.x_m_min + bounds.x_m_max) / 2, (bounds.y_m_min + bounds.y_m_max) / 2
         return Bounds(
-            x_m_min=min(bounds.x_m_min + inset_m, middle_x_m),
-            y_m_min=min(bounds.y_m_min + inset_m, middle_y_m),
-            x_m_max=max(bounds.x_m_max - inset_m, middle_x_m),
-            y_m_max=max(bounds.y_m_max - inset_m, middle_y_m),
+            x_m_min=bounds.x_m_min + inset_m,
+            y_m_min=bounds.y_m_min + inset_m,
+            x_m_max=bounds.x_m_max - inset_m,
+            y_m_max=bounds.y_m_max - inset_m,
         )
 
     @property

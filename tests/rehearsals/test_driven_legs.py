@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from clew.rehearsal.rehearsal import Rehearsal
+from protocol.errors import UsageError
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Restart
 from protocol.keys import WORLD
@@ -155,6 +156,35 @@ def test_drive_errors_do_not_add_up_from_step_to_step(
     monkeypatch.setattr(arena, "stream", errors)
     (path := tmp_path / "slot.toml").write_text(SLOT)
     scenario = load(str(path))
+    rehearsal = Rehearsal(scenario, 1)
+    for _ in rehearsal.ticks():
+        pass
+    assert judge(scenario, rehearsal.entries).breaches == ()
+    assert rehearsal.world.ending is Ending.ARRIVED
+
+
+BETWEEN_THE_BOUNDS = (
+    ALONG_THE_BOUNDS.replace("y_m_max = 3.0", "y_m_max = {side_m}")
+    .replace("y_m_min = -0.1421", "y_m_min = -{side_m}")
+    .replace("at_m = [12.0, 0.0]", "at_m = [0.0, 0.0]")
+    .replace(
+        str([[-LEG_M * rank, 0.0, 1.0] for rank in range(ROBOTS)]),
+        str([[-APART_M * rank, 0.0, 1.0] for rank in range(QUEUE)]),
+    )
+)
+
+
+def test_robots_that_close_up_between_two_sides_of_the_bounds_stay_inside(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The leader has no room for a step and is at the goal; those behind drive along the path."""
+    monkeypatch.setattr(arena, "stream", errors)
+    path = tmp_path / "between.toml"
+    path.write_text(BETWEEN_THE_BOUNDS.replace("{side_m}", "0.105"))
+    with pytest.raises(UsageError, match=r"bounds\.y_m_min: must be <= y_m_max - 2 "):
+        load(str(path), robots=QUEUE)  # robots came out of such bounds by half a drive's error
+    path.write_text(BETWEEN_THE_BOUNDS.replace("{side_m}", "0.1105"))
+    scenario = load(str(path), robots=QUEUE)
     rehearsal = Rehearsal(scenario, 1)
     for _ in rehearsal.ticks():
         pass

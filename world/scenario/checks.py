@@ -186,6 +186,23 @@ def within(bounds: Bounds | None, section: Fleet, poses: Sequence[Pose], goal: G
                 _refuse(path, f"{rule} {most}", _at(place))
 
 
+def room_for_path(bounds: Bounds | None, mission: Mission) -> None:
+    """The bounds leave room for a strand's path on both sides, also between two of them.
+
+    Robots of a queue drive along it even where the leader has no room for a step.
+    """
+    if bounds is None or (laid := mission.path_bounds) is None:
+        return
+    for name, low_m, from_m, to_m in (
+        ("x", bounds.x_m_min, laid.x_m_min, laid.x_m_max),
+        ("y", bounds.y_m_min, laid.y_m_min, laid.y_m_max),
+    ):
+        if to_m - from_m < -ROUNDING_M:
+            most_m = low_m - (from_m - to_m)
+            rule = f"<= {name}_m_max - 2 (robot_radius_m + mu0_m / 4) = {most_m:g} m"
+            _refuse(f"bounds.{name}_m_min", rule, low_m)
+
+
 def near_path(section: Fleet, poses: Sequence[Pose], mission: Mission, budget: Budget) -> None:
     """No start is so far in a corner of the bounds that a drive along the strand's path leaves the seen leg.
 

@@ -87,6 +87,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
         checks.legs(self.fleet, mission)
         checks.places_apart(self.fleet, poses, mission)
         checks.within(self.bounds, self.fleet, poses, self.goal)
+        checks.room_for_path(self.bounds, mission)
         checks.near_path(self.fleet, poses, mission, self.error_budget)
         standoff_m = max(self.closest_m, mission.moves_off_m) if mission.promises_clearance else radius_m
         checks.clear_of(self.ground, self.fleet, poses, self.goal, standoff_m)

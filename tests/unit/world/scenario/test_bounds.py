@@ -6,7 +6,7 @@ import pytest
 from msgspec.structs import replace
 
 from protocol.frames import Point
-from protocol.mission import DRIVE_SHARE
+from protocol.mission import DRIVE_SHARE, Bounds
 from world.scenario.scenario import Scenario, load
 
 GROVE = load("grove", robots=1)
@@ -39,6 +39,21 @@ def test_in_a_corner_a_robot_may_start_only_if_drives_err_little() -> None:
     with pytest.raises(ValueError, match="must be within ") as refusal:
         starting((0.0, 0.0), 1.01 * error_rad)
     assert str(refusal.value).endswith("out of the corner of the bounds, got (0.1, 0.1)")
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_between_two_sides_of_the_bounds_there_is_room_for_a_path(axis: str) -> None:
+    width_m = 2.0 * (RADIUS_M + DRIVE_SHARE * MU0_M)
+    fleet = replace(GROVE.fleet, start=None, spacing_m=None, places=((0.0, 0.0, 0.0),))
+
+    def between(room_m: float) -> None:
+        sides = {f"{axis}_m_min": -room_m / 2.0, f"{axis}_m_max": room_m / 2.0}
+        wide = Bounds(x_m_min=-9.0, y_m_min=-9.0, x_m_max=9.0, y_m_max=9.0)
+        replace(GROVE, fleet=fleet, obstacles=(), goal=None, bounds=replace(wide, **sides))
+
+    between(width_m)
+    with pytest.raises(ValueError, match=rf"bounds.{axis}_m_min: must be <= {axis}_m_max - 2 "):
+        between(0.999 * width_m)
 
 
 def test_a_paths_bounds_are_met_by_the_shortest_way() -> None:
