@@ -9,7 +9,8 @@ Rule 3 (safety): its path leads from place to place, tail first. A leg that has 
 
 Why rule 3 keeps S1 over any number of views: let e be what one drive may be off, a quarter of mu0 at most. A
 leg is one of two. A leader's step, or a leg that was seen when it was new, kept epsilon, less mu0 / 2, from
-where a body stood to where it led. It is laid between places of the path, so it is off that by e at most.
+where a body stood to where it led, both ends included: a tail may come back to where its leg began
+(`agents/navigation/leg.py`). It is laid between places of the path, so it is off that by e at most.
 Or the leg was driven: then it has the same vertices as before, and nothing is added. A body is off the path
 by e at most, since each of its orders ends on the path. So it keeps epsilon less mu0 / 2 + 2 e.
 

@@ -4,6 +4,9 @@ Rule 1: what is beside the way hides nothing on it: what it hides is further fro
 Rule 2: what it hides may reach out of its shadow, up to the next ray. Beside a hit this is no nearer than a
         scan is sure (`agents.navigation.sure`). Beside a hull that was taken out of the scan as a robot's,
         it begins where that robot keeps off obstacles and bodies.
+Rule 3: what is too near already must not keep a robot there if the way leads away from it. It does keep it
+        from a place in a strand, by a leg that no leader has certified: where the strand turns round, a robot
+        comes back to that place, and its drive errs once more.
 """
 
 import math
@@ -20,7 +23,7 @@ from protocol.sweep import TOUCHING_M
 
 def seen_clearance_m(seen: View, end: Floats, mission: Mission) -> float:
     """The clearance of the hull, swept from the scan's position to `end` (2,), to the nearest hit [m]."""
-    return _clearance_m(seen, end, mission, seen.hit_points, seen.hit_points)
+    return _clearance_m(seen, end, _points(seen), mission, leaves=True)
 
 
 def certain_clearance_m(seen: View, end: Floats, mission: Mission) -> float:
@@ -47,7 +50,8 @@ def _certain_m(seen: View, end: Floats, mission: Mission, *, bodies_only: bool) 
     hidden = _behind_hulls(seen, end, mission, bodies_only=bodies_only)
     starts = np.concatenate([known.starts[beside_hits], hidden[0]])
     ends = np.concatenate([known.ends[beside_hits], hidden[1]])
-    return _clearance_m(seen, end, mission, starts, ends)
+    edges = np.stack([starts, ends])
+    return _clearance_m(seen, end, edges, mission, leaves=bodies_only)
 
 
 def _behind_hulls(seen: View, end: Floats, mission: Mission, *, bodies_only: bool) -> tuple[Floats, Floats]:
@@ -80,14 +84,20 @@ def leg_is_certain(seen: View, end: Floats, mission: Mission) -> bool:
 
 def is_unsure_of_leg(seen: View, end: Floats, mission: Mission) -> bool:
     """Whether such a way is clear of all hits, but not of what the scan may have missed."""
-    is_seen_clear = seen_clearance_m(seen, end, mission) >= certain_clearance_m_min(mission)
-    return is_seen_clear and not leg_is_certain(seen, end, mission)
+    seen_m = _clearance_m(seen, end, _points(seen), mission, leaves=False)
+    return seen_m >= certain_clearance_m_min(mission) and not leg_is_certain(seen, end, mission)
 
 
-def _clearance_m(seen: View, end: Floats, mission: Mission, starts: Floats, ends: Floats) -> float:
-    off_m = segments_apart(seen.position, end, starts, ends)
-    here_m = distances_to_segments(seen.position, starts, ends)
-    # What is too near already must not keep the robot there if the way leads away from it.
-    near = here_m < mission.robot_radius_m + mission.clear_m
-    left = near & (off_m >= here_m - TOUCHING_M)
-    return float(off_m[~left].min(initial=mission.range_m_max)) - mission.robot_radius_m
+def _points(seen: View) -> Floats:
+    """All hits, as edges (2, n, 2) without a length."""
+    return np.stack([seen.hit_points, seen.hit_points])
+
+
+def _clearance_m(seen: View, end: Floats, edges: Floats, mission: Mission, *, leaves: bool) -> float:
+    """The clearance to edges (2, n, 2); rule 3 if the robot only leaves."""
+    off_m = segments_apart(seen.position, end, *edges)
+    if leaves:
+        here_m = distances_to_segments(seen.position, *edges)
+        near = here_m < mission.robot_radius_m + mission.clear_m
+        off_m = off_m[~(near & (off_m >= here_m - TOUCHING_M))]
+    return float(off_m.min(initial=mission.range_m_max)) - mission.robot_radius_m

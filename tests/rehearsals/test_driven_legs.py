@@ -1,5 +1,6 @@
 """Drive errors do not add up: not over views, and not over steps beside the bounds (docs/strand.md)."""
 
+import math
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -9,7 +10,7 @@ import pytest
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.errors import UsageError
 from protocol.faults.plan import Plan
-from protocol.faults.rules import Restart
+from protocol.faults.rules import Drop, Restart
 from protocol.keys import WORLD
 from world.bodies import arena
 from world.chance import stream
@@ -190,3 +191,78 @@ def test_robots_that_close_up_between_two_sides_of_the_bounds_stay_inside(
         pass
     assert judge(scenario, rehearsal.entries).breaches == ()
     assert rehearsal.world.ending is Ending.ARRIVED
+
+
+EPSILON_M, MU0_M, RADIUS_M = 0.1, 0.0402, 0.1
+POST_M, POST_RADIUS_M = (-0.07, 0.241), 0.05
+TIMES = 6
+
+DEAD_END = f"""
+name = "dead-end-beside-a-post"
+[fleet]
+robots = 2
+robot_radius_m = {RADIUS_M}
+separation_m = 0.084
+link_length_m_max = 2.0
+places = [[0.95, 0.0, 0.0], [0.0, 0.0, 0.0]]
+[law]
+epsilon_m = {EPSILON_M}
+mu0_m = {MU0_M}
+[goal]
+at_m = [6.0, 0.0]
+tolerance_m = 0.1
+{drives(HEADING_ERROR_RAD).replace("120.0", "900.0")}
+[[obstacle]]
+shape = "circle"
+centre_m = {list(POST_M)}
+radius_m = {POST_RADIUS_M}
+[[obstacle]]
+shape = "polygon"
+vertices_m = [[2.3, -0.7], [2.4, -0.7], [2.4, 0.7], [2.3, 0.7]]
+[[obstacle]]
+shape = "polygon"
+vertices_m = [[0.7, 0.35], [2.4, 0.35], [2.4, 0.7], [0.7, 0.7]]
+[[obstacle]]
+shape = "polygon"
+vertices_m = [[0.7, -0.35], [2.4, -0.35], [2.4, -0.7], [0.7, -0.7]]
+"""
+
+
+def test_drive_errors_do_not_add_up_where_a_tail_comes_back_and_has_a_new_life_each_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The way back out of the dead end ends where the tail stood, and each drive is off towards a post there.
+
+    Its neighbour does not hear that it may come up, so that the last drive is a long one.
+    """
+    comes_back = False
+
+    def adverse(seed: int, purpose: str) -> np.random.Generator:
+        drawn = stream(seed, purpose)
+        if not purpose.startswith("drive/"):
+            return drawn
+        rightmost = Mock(spec=drawn)
+        rightmost.uniform.side_effect = lambda low, _high: low if comes_back else 0.0
+        return rightmost
+
+    monkeypatch.setattr(arena, "stream", adverse)
+    (path := tmp_path / "dead-end.toml").write_text(DEAD_END)
+    scenario = load(str(path))
+    rehearsal, times, is_cut = Rehearsal(scenario, 1), 0, False
+    for now_s in rehearsal.ticks():
+        (ahead_x_m, _), (x_m, y_m) = rehearsal.world.bodies.places
+        comes_back = comes_back or x_m > 1.2
+        if comes_back and not is_cut and ahead_x_m < 0.96 and x_m < 0.9:
+            is_cut = True
+            rule = Drop(name=f"cut-{times}", sender=("r2",), receiver=("r1",), kinds=("ahead",))
+            rehearsal.turn_to(Plan(name="cut", rules=(rule,)))
+        if comes_back and x_m < 0.02 and not rehearsal.world.bodies.any_moves:
+            times, comes_back, is_cut = times + 1, False, False
+            off_m = math.dist((x_m, y_m), POST_M) - POST_RADIUS_M - RADIUS_M
+            assert off_m >= EPSILON_M - MU0_M, f"it has come back {times} times"
+            lives = (Restart(name=f"{robot}-{times}", from_s=now_s, target=robot) for robot in ("r1", "r2"))
+            rehearsal.turn_to(Plan(name="lives", rules=tuple(lives)))
+        if times == TIMES:
+            break
+    assert times == TIMES
+    assert judge(scenario, rehearsal.entries).breaches == ()
