@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Checks everything: lint and format, then the tests, those with real processes and the types and scripts beside them.
+# Checks everything: lint and format, then the tests; those with real processes, types and scripts go beside them.
 # Arguments go to both runs of pytest, so `launch/test.sh -k house` narrows them.
 #
 # It installs nothing outside its environment. What it cannot check for want of a browser, or of Node.js, it names.
@@ -10,7 +10,7 @@ case ${1-} in
 Usage: launch/test.sh [--long] [PYTEST ARGUMENTS]
 
   Checks lint, format, types, shell scripts and the tests, with an environment of its own (.venv; a minute or two
-  the first time). It takes some ten minutes on two cores, and exits with 0 if all is well, else with 1.
+  the first time). It takes seven to ten minutes on two cores, and exits with 0 if all is well, else with 1.
 
   With --long, also the tests that show again what another one shows, with more seeds, robots or loss, and those
   that try the benchmarks: four minutes more.
