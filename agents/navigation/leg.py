@@ -4,9 +4,8 @@ Rule 1: what is beside the way hides nothing on it: what it hides is further fro
 Rule 2: what it hides may reach out of its shadow, up to the next ray. Beside a hit this is no nearer than a
         scan is sure (`agents.navigation.sure`). Beside a hull that was taken out of the scan as a robot's,
         it begins where that robot keeps off obstacles and bodies.
-Rule 3: what is too near already must not keep a robot there if the way leads away from it. It does keep it
-        from a place in a strand, by a leg that no leader has certified: where the strand turns round, a robot
-        comes back to that place, and its drive errs once more.
+Rule 3: a robot may leave what is too near to it, by a way that leads away. But a leg does not begin there:
+        where the strand turns round, its tail comes back to where its leg began, and its drive errs again.
 """
 
 import math
