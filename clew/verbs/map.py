@@ -1,6 +1,8 @@
 """`clew map`: makes a scene of a map of ROS."""
 
 import json
+import math
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +17,39 @@ from protocol.files.opening import WRITTEN_BYTES_MAX
 from protocol.files.reading import understand
 
 
-@click.command("map")
+class _WithPlaces(click.Command):
+    """Names the option that has too few numbers; click would take the next option for one of them."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        several = {name: option for option in self.params if option.nargs > 1 for name in option.opts}
+        for at, word in enumerate(args):
+            if option := several.get(word):
+                given = list(takewhile(lambda said: not said.startswith("--"), args[at + 1 :]))[
+                    : option.nargs
+                ]
+                if len(given) < option.nargs:
+                    wanted = f"{word} needs {option.nargs} numbers, {option.metavar}"
+                    raise click.BadOptionUsage(word, f"{wanted}, got {' '.join(given) or 'none'}", ctx)
+        return super().parse_args(ctx, args)
+
+
+def _heading(
+    ctx: click.Context, param: click.Parameter, start: tuple[float, float, float]
+) -> tuple[float, float, float]:
+    """The start, unless its heading seems to be in degrees."""
+    if abs(start[2]) > 2 * math.pi:
+        said = f"HEADING must be in radians, from -2 pi to 2 pi, got {start[2]:g}"
+        raise click.BadParameter(said, ctx, param)
+    return start
+
+
+@click.command("map", cls=_WithPlaces)
 @click.argument("file", metavar="FILE.yaml", type=click.Path(path_type=Path))
 @click.option(
     "--start",
     type=(FINITE, FINITE, FINITE),
     required=True,
+    callback=_heading,
     metavar="X Y HEADING",
     help="Where the first robot starts [m, m, rad], in the map's frame; the others queue behind it.",
 )

@@ -80,6 +80,9 @@ def test_a_queue_without_room_is_named(tmp_path: Path) -> None:
         ((*ASKED[:-1], "0"), "$.robot_radius: must be > 0"),
         ((*ASKED[:1], "nan", *ASKED[2:]), "nan is not a finite number"),
         (ASKED[:4], "Missing option '--goal'"),
+        (("--start", "-2", "0", "--goal", "5", "-3"), "--start needs 3 numbers, X Y HEADING, got -2 0 ("),
+        (("--goal", "5", "1", *ASKED[:3]), "--start needs 3 numbers, X Y HEADING, got 2.5 0.5"),
+        ((*ASKED[:3], "90", *ASKED[4:]), "HEADING must be in radians, from -2 pi to 2 pi, got 90"),
         ((*ASKED, "--coarsen", "100"), "no cell is free"),
     ],
 )
