@@ -104,12 +104,12 @@ def map_verb(file: Path, *, robot_radius_m: float, **asked: Any) -> None:  # noq
     said = json.dumps(made)
     if len(said) > WRITTEN_BYTES_MAX:
         raise UsageError(f"{file}: the scene would be longer than {WRITTEN_BYTES_MAX} bytes; try --coarsen 2")
-    _check(json.loads(said), str(file), robots=1)
     polygons, (x_m_min, y_m_min, x_m_max, y_m_max) = made["polygons"], made["bounds"]
     warn(
         f"{file}: {len(polygons)} obstacles with {sum(map(len, polygons))} corners; "
         f"free ground from ({x_m_min:g}, {y_m_min:g}) to ({x_m_max:g}, {y_m_max:g}) m"
-    )
+    )  # before what is refused: it shows a wrong resolution or origin, and where places can be
+    _check(json.loads(said), str(file), robots=1)
     try:
         _check(json.loads(said), str(file), robots=ROBOTS)
     except UsageError as error:

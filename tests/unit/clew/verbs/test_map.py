@@ -93,6 +93,14 @@ def test_what_cannot_work_is_refused(tmp_path: Path, asked: tuple[str, ...], sai
     assert made.stdout == ""
 
 
+def test_a_refused_place_comes_with_where_the_ground_is(tmp_path: Path) -> None:
+    made = clew("map", str(written(tmp_path, ROOM, resolution=0.025)), *ASKED)
+    assert made.exit_code == 2
+    ground, refused = made.stderr.splitlines()
+    assert ground.endswith("free ground from (0, 0) to (0.575, 0.2) m")
+    assert "$.start, place of robot 1: must be inside the bounds" in refused
+
+
 @pytest.mark.parametrize("module", ["PIL", "yaml"])
 def test_a_missing_library_is_named_with_its_extra(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, module: str
