@@ -54,6 +54,22 @@ def test_a_step_of_which_nothing_is_certified_is_refused(use: Callable[[Law], No
     assert refused.reason.startswith("the law mine proposes 1.000 m at 0.000 rad, of which 0.00")
 
 
+def test_a_law_that_shortens_its_steps_itself_is_refused_the_same(use: Callable[[Law], None]) -> None:
+    free_m = list[float]()
+
+    def law(seen: Seen) -> Step:
+        free_m.append(float(seen.free_m([0.0])[0]))
+        return Step(0.0, free_m[-1])
+
+    use(law)
+    near_m = MISSION.obstacle_keep_m + 0.028  # the scan certifies no more than 1 cm
+    refused = step_through([wall((near_m, -1.0), (near_m, 1.0))], MISSION)
+    assert 0.0 < free_m[-1] < 0.01
+    assert refused == NoStep(
+        f"the law mine proposes {free_m[-1]:.3f} m at 0.000 rad, of which {free_m[-1]:.4f} m are certified"
+    )
+
+
 def test_without_a_goal_too_a_step_is_shortened_and_none_where_it_is_open_ends_the_crossing(
     use: Callable[[Law], None],
 ) -> None:
