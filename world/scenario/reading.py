@@ -22,6 +22,8 @@ def find(name_or_path: str) -> Path:
     known = {kept.stem: kept for folder in (SCENARIOS, FLEETS) for kept in sorted(folder.glob("*.toml"))}
     if path.suffix in {".yaml", ".yml"}:
         raise UsageError(f"{name_or_path}: `clew map {name_or_path}` makes a scene of a map of ROS")
+    if path.suffix in {".pgm", ".png", ".bmp"}:
+        raise UsageError(f"{name_or_path}: `clew map` makes a scene of the YAML file of a map of ROS")
     if name_or_path in plan.shipped():
         raise UsageError(f"{name_or_path!r} is a fault plan, not a scenario: --faults {name_or_path}")
     if name_or_path not in known:

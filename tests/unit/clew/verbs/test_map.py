@@ -135,3 +135,11 @@ def test_a_scene_that_no_verb_would_read_is_not_printed(
 def test_a_verb_that_is_given_a_map_says_how_it_becomes_a_scene() -> None:
     with pytest.raises(UsageError, match=r"`clew map my\.yaml` makes a scene of a map of ROS"):
         load("my.yaml")
+
+
+def test_an_image_in_place_of_its_yaml_file_is_named_as_that(tmp_path: Path) -> None:
+    image = written(tmp_path, ROOM).with_suffix(".pgm")
+    assert image.is_file()
+    assert f"{image}: is an image; give the YAML file beside it" in clew("map", str(image), *ASKED).stderr
+    with pytest.raises(UsageError, match="`clew map` makes a scene of the YAML file of a map of ROS"):
+        load(str(image))
