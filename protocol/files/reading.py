@@ -45,6 +45,8 @@ def decode(text: bytes, suffix: str) -> object:
     """
     if suffix == ".toml" and _LONG_KEY.search(text):  # its memory use would be quadratic
         raise ValueError(f"a key has more than {DEPTH_MAX} parts")
+    if suffix != ".toml" and not text.strip():  # what `clew map ... > FILE.json` leaves when it refuses
+        raise ValueError("it is empty")
     try:
         said: object = msgspec.toml.decode(text) if suffix == ".toml" else msgspec.json.decode(text)
     except RecursionError as error:

@@ -48,6 +48,11 @@ def test_a_scene_that_is_nested_too_deep_is_refused_in_one_line(tmp_path: Path) 
         assert refusal(load_scenario, path) == ": is not JSON: it is nested deeper than 64"
 
 
+def test_a_scene_that_is_empty_is_named_as_that(tmp_path: Path) -> None:
+    (path := tmp_path / "empty.json").write_text("\n", encoding="utf-8")
+    assert refusal(load_scenario, path) == ": is not JSON: it is empty"
+
+
 @pytest.mark.parametrize("number", ["9" * 5_000, "0x" + "f" * 5_000, "-" + "9" * 30])
 def test_a_number_that_no_field_can_hold_is_refused_in_one_line(number: str, tmp_path: Path) -> None:
     path = tmp_path / "large.toml"
