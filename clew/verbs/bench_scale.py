@@ -155,12 +155,13 @@ def _spell(fleet: "LiveFleet", for_s: float) -> "Spell | None":
     fleet.look()
     pids, progress = fleet.processes, fleet.progress
     first, since_s, since_wall_s = processes(pids), progress.now_s, time.monotonic()
+    robots = sum(each.part == "robot" for each in first)
     found: Spell | None = None
     while not (progress.now_s >= since_s + for_s or progress.is_over or fleet.has_ended(LOOK_S)):
         fleet.look()
         last = processes(pids)
         used = {part: usage_of(part, last) for part in PARTS}
-        if used["robot"] is None:  # they have ended since the look at the timeline
+        if used["robot"] is None or used["robot"].processes < robots:  # they end: the run is over
             break
         found = spell(
             cpu_s(first, last),
