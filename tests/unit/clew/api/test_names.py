@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import clew
+from protocol import laws
 from protocol.root import ROOT
 from tests.support.docs import example
 from tests.support.notebook import played
@@ -73,6 +74,7 @@ def test_the_examples_of_the_pages_are_true(
     page: str, least: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(laws, "_registered", {})  # the laws of the page are for this test alone
     found = doctest.testfile(str(ROOT / "docs" / page), module_relative=False, optionflags=FLAGS)
     assert (found.failed, found.attempted >= least) == (0, True)
 
