@@ -22,12 +22,12 @@ from protocol.errors import UsageError
 from protocol.files.opening import read_bytes
 from protocol.files.reading import understand
 from protocol.frames import Metres
+from world.scenario.reading import MAP_IMAGES
 
 PIXELS_MAX = 1 << 24  # 4096 x 4096: one more than gmapping's usual 4000 x 4000
 HEADER_BYTES_MAX = 1 << 16
 IMAGE_BYTES_MAX = 5 * PIXELS_MAX  # as decimal numbers (P2), the longest form, with some slack
 FORMATS = ("PPM", "PNG", "BMP")  # what map_saver writes; Pillow reads PGM, plain or not, as PPM
-IMAGES = {".pgm", ".png", ".bmp"}
 SAVED_UNKNOWN = 205  # the grey by which map_saver writes unknown cells
 
 TEXTS = {"image", "mode"}
@@ -84,7 +84,7 @@ def read_map(path: Path) -> Map:
         UsageError: the file or its image cannot be read, or is no map; one line says why.
     """
     source = str(path)
-    if path.suffix.lower() in IMAGES:
+    if path.suffix.lower() in MAP_IMAGES:
         raise UsageError(f"{source}: is an image; give the YAML file beside it")
     header = understand(_yaml(path, source), Header, source)
     values, most, opaque = _pixels(path.parent / header.image, source)

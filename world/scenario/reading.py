@@ -12,6 +12,7 @@ from protocol.root import LAUNCH
 
 SCENARIOS = LAUNCH / "scenarios"
 FLEETS = SCENARIOS / "fleets"  # scenarios with several fleets
+MAP_IMAGES = {".pgm", ".png", ".bmp"}  # which maps of ROS have beside their YAML files
 
 
 def find(name_or_path: str) -> Path:
@@ -20,18 +21,18 @@ def find(name_or_path: str) -> Path:
     if path.suffix in {".toml", ".json"}:
         return path
     known = {kept.stem: kept for folder in (SCENARIOS, FLEETS) for kept in sorted(folder.glob("*.toml"))}
+    if name_or_path in known:
+        return known[name_or_path]
     if path.suffix in {".yaml", ".yml"}:
         raise UsageError(f"{name_or_path}: `clew map {name_or_path}` makes a scene of a map of ROS")
-    if path.suffix in {".pgm", ".png", ".bmp"}:
+    if path.suffix in MAP_IMAGES:
         raise UsageError(f"{name_or_path}: `clew map` makes a scene of the YAML file of a map of ROS")
     if name_or_path in plan.shipped():
         raise UsageError(f"{name_or_path!r} is a fault plan, not a scenario: --faults {name_or_path}")
-    if name_or_path not in known:
-        raise UsageError(
-            f"unknown scenario {name_or_path!r}: must be one of {', '.join(known)}, or a .toml or .json file"
-            f"{did_you_mean(name_or_path, known)}"
-        )
-    return known[name_or_path]
+    raise UsageError(
+        f"unknown scenario {name_or_path!r}: must be one of {', '.join(known)}, or a .toml or .json file"
+        f"{did_you_mean(name_or_path, known)}"
+    )
 
 
 def law_in(raw: dict[str, Any]) -> str | None:
