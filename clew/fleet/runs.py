@@ -8,6 +8,7 @@ Rule 2: only the folder of a run is deleted: one that holds its settings or its 
 import shutil
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 import msgspec
 from msgspec import Struct
@@ -17,6 +18,8 @@ from protocol.errors import UsageError
 from protocol.faults.manual_faults import is_running
 from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from protocol.run_settings import SETTINGS_FILE
+
+Part = TypeVar("Part")
 
 VERDICT, EVENTS = "verdict.json", "events.jsonl"
 QUIET_S = 60.0  # a world writes every 0.1 s; to start may take this long on a loaded machine
@@ -65,7 +68,7 @@ def runs_in(folder: Path, now_s: float) -> list[Listed]:
 
 def listed(run: Path, now_s: float) -> Listed:
     """A run as it is in a list."""
-    verdict = _verdict(run)
+    verdict = verdict_of(run, Ended)
     facts = [path.lstat() for path in (run, *run.rglob("*"))]
     age_s = now_s - max(each.st_mtime for each in facts)
     return Listed(
@@ -77,9 +80,10 @@ def listed(run: Path, now_s: float) -> Listed:
     )
 
 
-def _verdict(run: Path) -> Ended | None:
+def verdict_of(run: Path, part: type[Part]) -> Part | None:
+    """The part of a run's verdict with these fields; None: there is none, or it cannot be read."""
     try:
-        return msgspec.json.decode(read_bytes(run / VERDICT, MADE_BYTES_MAX), type=Ended)
+        return msgspec.json.decode(read_bytes(run / VERDICT, MADE_BYTES_MAX), type=part)
     except (OSError, msgspec.MsgspecError):
         return None
 

@@ -20,6 +20,7 @@ from clew.fleet.parts.private import private_folder
 from clew.fleet.parts.processes import READ_BYTES_MAX, Processes, orphans_adopted
 from clew.fleet.prepare import Prepared, Shows, prepare
 from clew.fleet.request import Request
+from clew.fleet.runs import verdict_of
 from clew.fleet.stand_in import stand_in
 from clew.fleet.supervision.events import (
     Activate,
@@ -45,7 +46,6 @@ from clew.fleet.supervisor import Supervisor
 from protocol.exit_codes import ExitCode
 from protocol.faults.manual_faults import WHERE_FILE
 from protocol.faults.process_commands import PIPE
-from world.record.run_files import read_exit_code
 
 Hear = Callable[[Callable[[ExitCode], None]], None]
 
@@ -140,9 +140,9 @@ class _Shell:
         self._set_timer()
 
     def _look_for_verdict(self) -> None:
-        if not self._judged and (code := read_exit_code(self._run.folder)) is not None:
+        if not self._judged and (judged := verdict_of(self._run.folder, Judged)) is not None:
             self._judged = True
-            self._events.appendleft(Judged(code))
+            self._events.appendleft(judged)
 
     def _set_timer(self) -> None:
         if self._timer is not None:

@@ -125,12 +125,6 @@ def save_verdict(verdict: Verdict | TogetherVerdict, folder: Path) -> None:
         raise RecordingFailedError(f"cannot write {path}: {error.strerror}") from error
 
 
-class _Ended(msgspec.Struct, frozen=True):
-    """What all verdicts have."""
-
-    exit_code: int
-
-
 def _version(distribution: str) -> str:
     try:
         return metadata.version(distribution)
@@ -146,14 +140,6 @@ def read_verdict(folder: Path) -> Verdict:
         msgspec.MsgspecError: the file is not a valid verdict.
     """
     return msgspec.json.decode(read_bytes(folder / VERDICT_FILE, MADE_BYTES_MAX), type=Verdict)
-
-
-def read_exit_code(folder: Path) -> int | None:
-    """What a run exits with, of one fleet or several, as its verdict says; None: there is none."""
-    try:
-        return msgspec.json.decode(read_bytes(folder / VERDICT_FILE, MADE_BYTES_MAX), type=_Ended).exit_code
-    except (OSError, msgspec.MsgspecError):
-        return None
 
 
 def read_together(folder: Path) -> TogetherVerdict:

@@ -51,8 +51,8 @@ class Gone:
 class Judged:
     """The run has its verdict: no data can be lost any more."""
 
-    code: int
-    """What the verdict says that the run exits with."""
+    exit_code: int
+    """What the verdict says, by this name, that the run exits with."""
 
 
 @dataclass(frozen=True, slots=True)

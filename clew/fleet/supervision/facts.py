@@ -129,8 +129,8 @@ class Facts:
                 yield from self._ended(part, status)
             case Gone(part):
                 self._gone(part)
-            case Judged(code):
-                self.verdict_code = code
+            case Judged(exit_code):
+                self.verdict_code = exit_code
             case Asked(code):
                 yield Happening(What.ASKED, status=code)
             case FaultAsked():
