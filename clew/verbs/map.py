@@ -109,10 +109,10 @@ def map_verb(file: Path, *, robot_radius_m: float, **asked: Any) -> None:  # noq
         f"{file}: {len(polygons)} obstacles with {sum(map(len, polygons))} corners; "
         f"free ground from ({x_m_min:g}, {y_m_min:g}) to ({x_m_max:g}, {y_m_max:g}) m"
     )  # before what is refused: it shows a wrong resolution or origin, and where places can be
-    _check(json.loads(said), str(file), robots=1)
     try:
         _check(json.loads(said), str(file), robots=ROBOTS)
     except UsageError as error:
+        _check(json.loads(said), str(file), robots=1)
         warn(f"{error}: so there is no room for a queue of {ROBOTS}: use fewer (-n), or --deployment random")
     click.echo(said)
 

@@ -85,12 +85,13 @@ def rehearse(
     make_folder(folder)
     if out is None:
         make_latest(folder)
+    say = _say_nothing if quiet else _say
     said: Iterable[str]
     if shared is None:
-        verdict = rehearse_into(loaded, seed, folder, _note if quiet else _say, plan)
+        verdict = rehearse_into(loaded, seed, folder, say, plan)
         code, said = verdict.exit_code, report(str(folder), timeline.read(folder), verdict)
     else:
-        together = rehearse_fleets(shared, seed, folder, _note if quiet else _say, plan)
+        together = rehearse_fleets(shared, seed, folder, say, plan)
         code, said = together.exit_code, report_together(str(folder), together)
     if as_json:
         click.echo((folder / VERDICT_FILE).read_text(encoding="utf-8"), nl=False)
@@ -103,5 +104,5 @@ def _say(said: str) -> None:
     warn(f"rehearsal: {said}")
 
 
-def _note(_: str) -> None:
+def _say_nothing(_: str) -> None:
     """With `--quiet`, the timeline is all that has it."""

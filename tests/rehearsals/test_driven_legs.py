@@ -94,13 +94,12 @@ def test_drive_errors_do_not_add_up_from_view_to_view(
 
 
 QUEUE, APART_M, MOVED_M, VIEWS = 5, 0.93, 0.3, 4
-AT_THE_BOUNDS = (
-    ALONG_THE_BOUNDS.replace("y_m_min = -0.1421", "y_m_min = -0.1")
-    .replace("at_m = [12.0, 0.0]", "at_m = [4.0, 0.0]")
-    .replace(
-        str([[-LEG_M * rank, 0.0, 1.0] for rank in range(ROBOTS)]),
-        str([[-APART_M * rank, 0.0, 1.0] for rank in range(QUEUE)]),
-    )
+SHORT_QUEUE = ALONG_THE_BOUNDS.replace(
+    str([[-LEG_M * rank, 0.0, 1.0] for rank in range(ROBOTS)]),
+    str([[-APART_M * rank, 0.0, 1.0] for rank in range(QUEUE)]),
+)
+AT_THE_BOUNDS = SHORT_QUEUE.replace("y_m_min = -0.1421", "y_m_min = -0.1").replace(
+    "at_m = [12.0, 0.0]", "at_m = [4.0, 0.0]"
 )
 
 
@@ -165,13 +164,9 @@ def test_drive_errors_do_not_add_up_from_step_to_step(
 
 
 BETWEEN_THE_BOUNDS = (
-    ALONG_THE_BOUNDS.replace("y_m_max = 3.0", "y_m_max = {side_m}")
+    SHORT_QUEUE.replace("y_m_max = 3.0", "y_m_max = {side_m}")
     .replace("y_m_min = -0.1421", "y_m_min = -{side_m}")
     .replace("at_m = [12.0, 0.0]", "at_m = [0.0, 0.0]")
-    .replace(
-        str([[-LEG_M * rank, 0.0, 1.0] for rank in range(ROBOTS)]),
-        str([[-APART_M * rank, 0.0, 1.0] for rank in range(QUEUE)]),
-    )
 )
 
 
