@@ -16,7 +16,7 @@ from collections.abc import Mapping
 
 from agents.commands import Command, Note
 from agents.coordinating.agreeing import Agreement, Intent
-from agents.coordinating.draft import Begin, Done, Draft, Give
+from agents.coordinating.draft import Begin, Done, Draft, Give, Wait
 from agents.coordinating.drafted import Drafted, drafted
 from agents.coordinating.formation import Plan
 from agents.coordinating.joins import join_for
@@ -117,13 +117,12 @@ class Coordinator:
         self.phase = phase
 
     def _go_on(self, fence: Fence, now_s: float) -> list[Command]:
-        commands: list[Command] = []
         for robot in self._reported.lost(self._robot, now_s):
             self._drop(robot)
         if self._robot not in self._reports:
-            return commands
+            return []
         if self.phase is Phase.GATHERING and fence.may is May.ONE:
-            return self._turns.put(fence, now_s, may=May.NOBODY)  # nobody drives while a draft begins
+            return self._take_back(fence, now_s)  # nobody drives while a draft begins
         if self.phase is Phase.GATHERING and not self._waits_for_reports(now_s):
             is_first = self._turns.newest is None  # no place is older than a turn
             plan = self._agreement.turned(self._reports, turn=fence.turn + 1) if is_first else None
@@ -132,17 +131,14 @@ class Coordinator:
                 return self._make(plan, fence, now_s)
             self._begin(now_s)
         if self.phase is Phase.LOOKING and self._questions.are_answered(now_s):
-            assert self._draft is not None
-            if self._draft.order and self._draft.settle(self._reports, self._questions.sees):
+            draft = self._drafting
+            if draft.order and draft.settle(self._reports, self._questions.sees):
                 self._enter(Phase.TURNING)
             else:
-                self._draft.begin(self._reports, self._questions.obstacle_m(self._reports))
-                self._look_at_legs(self._draft, now_s)
-        if self.phase is Phase.TURNING:
-            commands += self._take_turns(fence, now_s)
-        if self.phase is Phase.CLOSING:
-            commands += self._close(fence, now_s)
-        return commands
+                draft.begin(self._reports, self._questions.obstacle_m(self._reports))
+                self._look_at_legs(draft, now_s)
+        commands = self._take_turns(fence, now_s) if self.phase is Phase.TURNING else []
+        return commands + (self._close(fence, now_s) if self.phase is Phase.CLOSING else [])
 
     def _begin(self, now_s: float) -> None:
         """Begin a draft, or begin it again with those that are in place."""
@@ -164,50 +160,53 @@ class Coordinator:
         asked = self._questions.ask_about_legs(draft.order, self._reports, now_s, keeps=draft.keeps)
         self._reported.ask(asked)
 
+    @property
+    def _drafting(self) -> Draft:
+        assert self._draft is not None, "a draft has begun in all phases but the first"
+        return self._draft
+
     # --- turns --------------------------------------------------------------------------------------
 
     def _take_turns(self, fence: Fence, now_s: float) -> list[Command]:
-        draft = self._draft
-        assert draft is not None
+        draft = self._drafting
         if fence.may is May.ONE and not self._has_ended(fence, now_s):
             return []
         if self._has_news and self.phase is Phase.TURNING:
             self._enter(Phase.GATHERING)
         if self.phase is Phase.GATHERING:
-            return self._turns.put(fence, now_s, may=May.NOBODY) if fence.may is May.ONE else []
+            return self._take_back(fence, now_s)
         gone_s = now_s - self._timing.comes_back_s
         others_may_come_back = not self._reported.others_have_gone(self._mission.robots, gone_s)
         next_ = draft.next(self._reports, now_s, others_may_come_back=others_may_come_back)
-        commands: list[Command] = []
-        if not isinstance(next_, Give) and fence.may is May.ONE:
-            commands += self._turns.put(fence, now_s, may=May.NOBODY)
         match next_:
             case Give(robot):
                 join = join_for(draft, robot, self._reports, fence.turn + 1)
-                if not fits(join):
-                    self._no_room.add(robot)
-                    draft.end_turn(robot, placed=False)
-                    return self._turns.put(fence, now_s, may=May.NOBODY) if fence.may is May.ONE else []
-                self._join = join
-                self._reported.ask({robot})
-                life = self._reports[robot].life
-                return self._turns.put(fence, now_s, may=May.ONE, robot=robot, life=life)
+                if fits(join):
+                    self._join = join
+                    self._reported.ask({robot})
+                    life = self._reports[robot].life
+                    return self._turns.put(fence, now_s, may=May.ONE, robot=robot, life=life)
+                self._no_room.add(robot)
+                draft.end_turn(robot, placed=False)
             case Begin():
                 self._enter(Phase.GATHERING)
             case Done():
                 self._enter(Phase.CLOSING)
-            case _:
+            case Wait():
                 pass
-        return commands
+        return self._take_back(fence, now_s)
+
+    def _take_back(self, fence: Fence, now_s: float) -> list[Command]:
+        """Nobody has the turn any more."""
+        return self._turns.put(fence, now_s, may=May.NOBODY) if fence.may is May.ONE else []
 
     def _has_ended(self, fence: Fence, now_s: float) -> bool:
         """Whether the turn is over: the robot has said so, is lost, or has been idle for too long."""
-        draft, report = self._draft, self._reports.get(fence.robot)
-        assert draft is not None
+        report = self._reports.get(fence.robot)
         if report is None or report.life != fence.life:
             return True
         if report.ended >= fence.turn:
-            draft.end_turn(fence.robot, placed=report.placed)
+            self._drafting.end_turn(fence.robot, placed=report.placed)
             return True
         if self._turns.idle_s <= self._timing.turn_s or not self._suspicion.judges(now_s):
             return False
@@ -220,10 +219,9 @@ class Coordinator:
 
     def _close(self, fence: Fence, now_s: float) -> list[Command]:
         """Rule 2."""
-        draft = self._draft
-        assert draft is not None
+        draft = self._drafting
         if fence.may is May.ONE:
-            return self._turns.put(fence, now_s, may=May.NOBODY)
+            return self._take_back(fence, now_s)
         if self._reported.waits_for_places(draft.strand, self._turns):
             return []
         if not self._telling.has_map(draft.strand[0], now_s):

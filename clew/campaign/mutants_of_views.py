@@ -150,7 +150,7 @@ OF_VIEWS = (
         "all-after-a-turn",
         "F4: the last turn before ALL names nobody, unless none named a robot",
         "agents/coordinating/coordinator.py",
-        "        if fence.may is May.ONE:\n            return self._turns.put(fence, now_s, may=May.NOBODY)\n"
+        "        if fence.may is May.ONE:\n            return self._take_back(fence, now_s)\n"
         "        if self._reported.waits_for_places(draft.strand, self._turns):\n            return []\n",
         "",
         check="tests/unit/agents/conversations/test_turns.py::"
