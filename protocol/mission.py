@@ -196,4 +196,3 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
     heartbeat_s: Seconds = 0.25
     silence_s: Seconds = 1.0  # four lost heartbeats
     deadman_s: Seconds = DEADMAN_S
-    patience_s: Seconds = 3.0  # limit for a silent robot that still shows a token: three times `silence_s`

@@ -41,8 +41,6 @@ class Suspicion:
     """What one robot knows of who is there."""
 
     timing: Timing
-    silent_s_max: float
-    """A neighbour with a token may be silent for so long where it is usually heard."""
     presence: Presence = field(default_factory=Presence)
     _lived_s: float | None = None
     _awake_since_s: float = -float("inf")
@@ -72,7 +70,7 @@ class Suspicion:
             return None
         if self.presence.is_lost(link.neighbour, max(link.heard_at_s, link.made_at_s), now_s):
             return "token"
-        patience_s = max(self.silent_s_max, USUAL_SILENCES * link.usual_s)
+        patience_s = max(self.timing.silent_s, USUAL_SILENCES * link.usual_s)
         return "silence" if link.silent_s(now_s) > patience_s or (all_wait and link.silent) else None
 
     def has_gone(self, robot: int, heard_at_s: float, now_s: float) -> bool:

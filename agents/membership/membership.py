@@ -46,7 +46,7 @@ class Membership:
         self._driver = driver
         self._senses = senses
         self._timing = Timing.of(mission)
-        self.suspicion = Suspicion(self._timing, mission.silence_s + mission.patience_s)
+        self.suspicion = Suspicion(self._timing)
         self._pleas = Pleas(self._timing)
         self._proposing = Proposing(robot, life, self._timing, self.suspicion, self._pleas)
         self._memory = Memory(mission)

@@ -86,7 +86,7 @@ class Fleet:
         timing = Timing.of(MISSION)
         self.now_s, self.fence, self.told = 0.0, Fence(epoch=EPOCH), 0
         self.formed: StrandFormed | None = None
-        self.suspicion = Suspicion(timing, 4.0)
+        self.suspicion = Suspicion(timing)
         for robot in (0, 1, 2, 3):
             self.suspicion.presence.come(robot, "a", 0.0)
         self.coordinator = Coordinator(

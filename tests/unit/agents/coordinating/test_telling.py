@@ -27,7 +27,7 @@ def report(robot: int) -> Report:
 
 def told(had_turn: set[int], *, is_made: bool) -> dict[int, Answer]:
     """The answers when all have reported; robots 1 and 2 are in the formation, once it is made."""
-    reported, turns = Reported(Suspicion(TIMING, 1.0), 0.0), Turns(EPOCH, TIMING, 0.0)
+    reported, turns = Reported(Suspicion(TIMING), 0.0), Turns(EPOCH, TIMING, 0.0)
     for robot in (*PLACED, OTHER):
         reported.hear(robot, report(robot), 0.0, closed=False)
         reported.count(robot, report(robot))

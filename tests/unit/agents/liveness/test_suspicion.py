@@ -10,13 +10,13 @@ from protocol.wire.link import Link
 from protocol.wire.messages import BehindState
 
 TIMING = Timing()
-SILENT_S = 4.0
+SILENT_S = TIMING.silent_s
 EPOCH = Epoch(generation=1, robot=1, life=7)
 
 
 def awake(*robots: int, until_s: float = 10.0) -> Suspicion:
     """A robot that has had odometry ten times a second, and sees these tokens and the world's."""
-    suspicion = Suspicion(TIMING, SILENT_S)
+    suspicion = Suspicion(TIMING)
     for robot in (0, *robots):
         suspicion.presence.come(robot, "a", 0.0)
     for tenth in range(round(10 * until_s) + 1):
@@ -44,9 +44,9 @@ def test_a_neighbour_whose_token_has_gone_is_lost_at_once_and_a_silent_one_later
 
 def test_where_a_neighbour_is_seldom_heard_a_silence_is_long_only_by_that() -> None:
     usual_s = SILENT_S / USUAL_SILENCES * 2.0
-    link = heard(10.0 - 1.5 * SILENT_S, every_s=usual_s)
-    assert awake(2).why_lost(link, 10.0) is None
-    assert awake(2).why_lost(link, 10.0 + SILENT_S) == "silence"
+    link = heard(10.0 - SILENT_S, every_s=usual_s)
+    assert awake(2).why_lost(link, 10.0 + 0.5 * SILENT_S) is None
+    assert awake(2).why_lost(link, 10.0 + 1.1 * SILENT_S) == "silence"
 
 
 def test_where_all_wait_a_neighbour_that_is_silent_is_lost_however_seldom_it_is_heard() -> None:

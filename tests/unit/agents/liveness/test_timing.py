@@ -16,6 +16,7 @@ BREAKS = {
     "a put is seen before it is repeated": {"put_s": 0.9 * ODOMETRY_S},
     "a stuck turn is taken back before the coordinator is given up": {"turn_s": 21.0},
     "who has slept listens for longer than it slept": {"listens_s": 0.8},
+    "a silent robot is given up before all that wait are": {"silent_s": 20.0},
     "nobody is given up for a pause in which all wait": {"comes_back_s": 20.0},
     "a raise is seen before most others are made": {"draws_s": 0.4 * ODOMETRY_S},
 }

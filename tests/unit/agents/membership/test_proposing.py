@@ -28,7 +28,7 @@ LIFE = 77
 
 def raised_at_s(*, last_moved_s: float, until_s: float = 8.0, timing: Timing = TIMING) -> float | None:
     """When a robot whose reports are not answered puts a raise, in the turn of another."""
-    suspicion = Suspicion(timing, silent_s_max=2.0)
+    suspicion = Suspicion(timing)
     suspicion.presence.come(WORLD_NUMBER, "world", 0.0)
     driver = Driver(speed_mps=0.3)
     senses, memory = Senses(MISSION, driver), Memory(MISSION)
