@@ -27,7 +27,7 @@ from protocol.arrays import Floats, xy
 from protocol.errors import recordable, sentence_of
 from protocol.frames import wrap
 from protocol.laws import register
-from protocol.mission import CERTIFIED, Mission
+from protocol.mission import Mission
 
 ROUNDING_M = 1e-9  # a law's own search for certified steps may differ from the check by the last bit
 
@@ -181,8 +181,8 @@ def _whole(step: object, *, gaps: int) -> Step:
 def _certified(step: Step, seen: Seen) -> Step | Refused:
     """The part of a step that is certified."""
     free_m = float(seen.free_m([step.heading_rad])[0])
-    knows_gain = seen.mission.law == CERTIFIED  # of its short steps
-    if step.length_m <= free_m + ROUNDING_M and (knows_gain or free_m >= GAIN_M):
+    tells_gain = step.cost_to_go_m is not None  # near something a short step may gain more than its length
+    if step.length_m <= free_m + ROUNDING_M and (tells_gain or free_m >= GAIN_M):
         return step
     if free_m < GAIN_M:  # also where the law has shortened it: only a refusal leads to a closer look
         return Refused(

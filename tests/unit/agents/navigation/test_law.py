@@ -54,16 +54,21 @@ def test_a_step_of_which_nothing_is_certified_is_refused(use: Callable[[Law], No
     assert refused.reason.startswith("the law mine proposes 1.000 m at 0.000 rad, of which 0.00")
 
 
-def test_a_law_that_shortens_its_steps_itself_is_refused_the_same(use: Callable[[Law], None]) -> None:
+def test_a_law_that_shortens_its_steps_itself_is_refused_the_same_but_where_it_tells_the_cost_to_go(
+    use: Callable[[Law], None],
+) -> None:
     free_m = list[float]()
 
-    def law(seen: Seen) -> Step:
+    def law(seen: Seen, cost_m: float | None = None) -> Step:
         free_m.append(float(seen.free_m([0.0])[0]))
-        return Step(0.0, free_m[-1])
+        return Step(0.0, free_m[-1], cost_to_go_m=cost_m)
 
-    use(law)
     near_m = MISSION.obstacle_keep_m + 0.028  # the scan certifies no more than 1 cm
-    refused = step_through([wall((near_m, -1.0), (near_m, 1.0))], MISSION)
+    near = [wall((near_m, -1.0), (near_m, 1.0))]
+    use(lambda seen: law(seen, 3.0))
+    assert isinstance(step_through(near, MISSION), Driven)
+    use(law)
+    refused = step_through(near, MISSION)
     assert 0.0 < free_m[-1] < 0.01
     assert refused == NoStep(
         f"the law mine proposes {free_m[-1]:.3f} m at 0.000 rad, of which {free_m[-1]:.4f} m are certified"
