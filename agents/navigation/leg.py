@@ -6,6 +6,9 @@ Rule 2: what it hides may reach out of its shadow, up to the next ray. Beside a 
         it begins where that robot keeps off obstacles and bodies.
 Rule 3: a robot may leave what is too near to it, by a way that leads away. But a leg does not begin there:
         where the strand turns round, its tail comes back to where its leg began, and its drive errs again.
+Rule 4: nor does a new leg end there. What the hull of the first robot hides beyond its place only that robot
+        sees, before its first step (`agents.strand.leading`). It may have passed it by a little less than a
+        step keeps (`agents.membership.joining`, rule 2); the rest of the tolerance is for the next drive.
 """
 
 import math
@@ -16,6 +19,7 @@ import numpy as np
 from agents.navigation.scan import View
 from agents.navigation.sure import sure
 from protocol.arrays import Floats, distances_to_segments, segments_apart
+from protocol.legs import PASSED_SHARE
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
 
@@ -85,6 +89,12 @@ def is_unsure_of_leg(seen: View, end: Floats, mission: Mission) -> bool:
     """Whether such a way is clear of all hits, but not of what the scan may have missed."""
     seen_m = _clearance_m(seen, end, _points(seen), mission, leaves=False)
     return seen_m >= certain_clearance_m_min(mission) and not leg_is_certain(seen, end, mission)
+
+
+def place_is_clear(seen: View, mission: Mission) -> bool:
+    """Whether another robot may come to where the scan was taken (rule 4)."""
+    least_m = mission.clear_m - PASSED_SHARE * mission.mu0_m
+    return certain_clearance_m(seen, seen.position, mission) >= least_m
 
 
 def _points(seen: View) -> Floats:

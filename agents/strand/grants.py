@@ -4,7 +4,8 @@ Rule 1: each robot may be where it stands, so that much is granted from the star
 Rule 2: a grant only grows, and only when it grows enough to matter.
 Rule 3: a robot behind that was never heard counts as standing at its place in the formation. So a robot that
         hears nobody stops when the strand is stretched (17).
-Rule 4: a leader that robots behind have kept from a turn also grants no ground beside the way that it is
+Rule 4 (safety): a leader that began too near to something grants nothing, so nobody comes to where it began.
+Rule 5: a leader that robots behind have kept from a turn also grants no ground beside the way that it is
         likely to go on (`agents.strand.leader`). Liveness.
 """
 
@@ -43,6 +44,16 @@ class Grants:
         self.behind_start_m = behind_start_m
         self.granted_m = behind_start_m  # rule 1
         self._taken: tuple[object, ...] = ()
+        self._withheld = False
+
+    def withhold(self, *, too_near: bool) -> None:
+        """Grant nothing from now on, or grant again: what the newest scan of the place shows (rule 4)."""
+        self._withheld = too_near and self._behind is not None
+
+    @property
+    def withheld(self) -> bool:
+        """Whether nobody may come to where this robot began."""
+        return self._withheld
 
     @property
     def keep_m(self) -> float:
@@ -89,7 +100,7 @@ class Grants:
 
     def grant(self, growth: Growth, *, progress_m: float, arrived: bool) -> list[Command]:
         """Grant the ground that this robot has left (rule 2)."""
-        if self._behind is None:
+        if self._behind is None or self._withheld:
             return []
         taken = (self.granted_m, progress_m, len(self._path), growth.pending, growth.onward, arrived)
         if taken == self._taken:

@@ -8,6 +8,8 @@ Rule 3: where it knows no way on, and the strand has lost robots, it wants anoth
         has moved for `COMES_BACK_S`. A leader waits first where obstacles may move away.
 Rule 4: after each step that it gives up, but the first ones in an epoch, it waits before it plans again, for
         a time that its life draws. Else two leaders that see the same give way to each other for ever.
+Rule 5 (safety): if it began too near to something, the robots behind do not come there. It wants a view when
+        it has gone on. Where obstacles move, each motion is permitted by a newer scan anyway.
 """
 
 import math
@@ -15,14 +17,18 @@ import math
 from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import Command, Note
+from agents.navigation.leg import place_is_clear
+from agents.navigation.scan import View, on_ground
 from agents.navigation.step import Crossed, LookCloser, NoStep
-from agents.strand.leader import NO_WAY, DeadEnd, Plan, Wait
+from agents.navigation.sure import closer
+from agents.strand.leader import NO_WAY, DeadEnd, Leader, Plan, Wait
 from agents.strand.memory import Memory
 from agents.strand.strand import Strand
 from agents.strand.wish import Turnabout, Wish
 from protocol.arrays import Floats, xy
 from protocol.fence import Cause
 from protocol.mission import Mission
+from protocol.path import THERE_M
 from protocol.timeline import GoalReached, RobotArrived, RouteLost, StepAbandoned, StepPlanned
 
 PATIENCE_S = 30.0  # with what stands in all ways on: who walks to and fro has come and gone by then
@@ -127,6 +133,9 @@ class Leading:
                 towards the goal, one that makes so much room.
         """
         strand, leader = self._strand, self._memory.leader(self._driver.odometry.pose)
+        if strand.grants.withheld and not self._begins:
+            self._wish = Wish(Cause.MISFIT, "it began too near to something for others to come there")
+            return []
         if leader.is_done(self._position()):
             strand.lead_on()
             return [Note(GoalReached(**self._here())), *self._arrive()]
@@ -137,8 +146,17 @@ class Leading:
             self._wish = Wish(Cause.MISFIT, why, about=strand.robot)
             return []
         scan = self._senses.take()
-        if scan is None:
+        if scan is None or self._looks_closer_where_it_begins(scan):
             return self._senses.ask(now_s)
+        planned = self._planned(leader, scan, now_s, room_m)
+        behind = strand.behind
+        self._memory.hand_on(0 if behind is None or behind.state is None else behind.state.handed)
+        if isinstance(planned, LookCloser):
+            self._senses.look_closer(scan)
+        return self._carry_out(planned, now_s)
+
+    def _planned(self, leader: Leader, scan: View, now_s: float, room_m: float | None) -> Plan:
+        strand = self._strand
         ground = strand.grants.ground
         planned = leader.plan(
             scan,
@@ -155,11 +173,24 @@ class Leading:
             strand.lead_on()
         elif room_m is not None and planned != NO_WAY:
             planned = leader.make_room(scan, ground, epoch=strand.number, room_m=room_m)
-        behind = strand.behind
-        self._memory.hand_on(0 if behind is None or behind.state is None else behind.state.handed)
-        if isinstance(planned, LookCloser):
-            self._senses.look_closer(scan)
-        return self._carry_out(planned, now_s)
+        return planned
+
+    @property
+    def _begins(self) -> bool:
+        """Whether it stands at its place in the formation."""
+        return self._driver.progress_m <= self._strand.start_m + THERE_M
+
+    def _looks_closer_where_it_begins(self, scan: View) -> bool:
+        """Rule 5: withhold the place if it is too near to something; whether a closer look is to tell."""
+        mission, grants = self._mission, self._strand.grants
+        if not self._begins or not mission.promises_clearance or mission.obstacles_move:
+            return False
+        robots = on_ground(scan.points, grants.ground.occupied, within_m=mission.hull_reach_m)
+        grants.withhold(too_near=not place_is_clear(scan.without(robots), mission))
+        if not grants.withheld or closer(mission, len(scan.ranges_m)) is None:
+            return False
+        self._senses.look_closer(scan)
+        return True
 
     @property
     def _off_path_m(self) -> float:

@@ -135,7 +135,7 @@ class Strand:
     @property
     def behind_m(self) -> float | None:
         """Where the robot behind was last heard; None: there is none."""
-        return None if self.behind is None else self.grants.behind_m
+        return None if self.behind is None or self.grants.withheld else self.grants.behind_m
 
     @property
     def neighbours(self) -> dict[int, Point]:

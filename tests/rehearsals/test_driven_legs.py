@@ -11,7 +11,9 @@ from clew.rehearsal.rehearsal import Rehearsal
 from protocol.errors import UsageError
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Drop, Kill, Restart
+from protocol.fence import Cause
 from protocol.keys import WORLD
+from protocol.timeline import ViewProposed
 from world.bodies import arena
 from world.chance import stream
 from world.judge.ending import Ending
@@ -301,10 +303,6 @@ radius_m = {HIDDEN_RADIUS_M}
 """
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="nobody looks whether the first robot of a draft stands too near to something (S1)",
-)
 def test_nor_where_each_leader_is_lost_and_the_robot_behind_it_stands_where_it_began(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -312,7 +310,7 @@ def test_nor_where_each_leader_is_lost_and_the_robot_behind_it_stands_where_it_b
 
     Each leader drives on and dies once the next robot has come to where it began; all behind have new lives.
     The last drive there is a long one, since that robot does not hear that it may come up; it is off towards
-    the post. Of eleven that came so, the last was too near to it.
+    the post. The eleventh that came so was too near to it, while leaders did not look how they begin.
     """
     is_last = False
 
@@ -355,4 +353,6 @@ def test_nor_where_each_leader_is_lost_and_the_robot_behind_it_stands_where_it_b
         if front == FRONTS or now_s > 60.0:
             break
     assert front > 8, "as many have come to where the first one stood"
+    causes = [entry.record.cause for _, entry in rehearsal.entries if isinstance(entry.record, ViewProposed)]
+    assert Cause.MISFIT in causes, "then one of them lets nobody come there"
     assert judge(scenario, rehearsal.entries).breaches == ()

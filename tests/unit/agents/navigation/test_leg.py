@@ -7,7 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.navigation.leg import certain_clearance_m, certain_clearance_m_min, seen_clearance_m
+from agents.navigation.leg import (
+    certain_clearance_m,
+    certain_clearance_m_min,
+    place_is_clear,
+    seen_clearance_m,
+)
 from protocol.arrays import Floats
 from tests.support.stages.one_step import look_around, under
 from world.geometry.shapes import Circle
@@ -43,6 +48,19 @@ def test_where_a_leg_begins_a_post_matters_also_if_the_leg_leads_away(
     off_m = MISSION.robot_radius_m + least_m + share * (certain_clearance_m_min(MISSION) - least_m)
     errors_m = np.random.default_rng(seed).uniform(-1.0, 1.0, MISSION.directions) * MISSION.range_error_m_max
     assert seen(bearing_rad, off_m, errors_m)[1] < certain_clearance_m_min(MISSION)
+
+
+@given(st.floats(0.0, 2.0 * np.pi), st.sampled_from([(-0.001, False), (0.006, True)]))
+def test_another_robot_may_come_to_a_place_that_is_off_a_post_by_what_its_drive_may_be_off(
+    bearing_rad: float, case: tuple[float, bool]
+) -> None:
+    """A quarter of the tolerance is for that drive; the scan is sure to some millimetres."""
+    spare_m, is_clear = case
+    least_m = MISSION.robot_radius_m + MISSION.clear_m - 0.75 * MISSION.mu0_m
+    off_m = least_m + MISSION.range_error_m_max + spare_m + POST_M
+    x_m, y_m = off_m * np.cos(bearing_rad), off_m * np.sin(bearing_rad)
+    post = Circle(centre_m=(float(x_m), float(y_m)), radius_m=POST_M)
+    assert place_is_clear(look_around([post], MISSION), MISSION) == is_clear
 
 
 @pytest.mark.parametrize("off_m", [NEAR_M - 0.02, NEAR_M + 0.002])
