@@ -8,9 +8,10 @@ kill("leader", at="after_plan", step=2)        # as soon as it has recorded its 
 from collections.abc import Iterable, Mapping
 from typing import Any, TypedDict, Unpack
 
+from protocol.errors import UsageError
 from protocol.faults.rules import Rule
 from protocol.files.reading import understand
-from protocol.keys import robot_name
+from protocol.keys import robot_name, robot_number
 
 Who = int | str | Iterable[int | str]
 """Processes: `3` or `"r3"` is a robot; `"world"`; or several of them."""
@@ -119,8 +120,20 @@ def slow(target: int | str, *, by_s: float, for_s: float | None = None, **when: 
 
 def names(who: Who) -> tuple[str, ...]:
     """The names of these processes."""
-    one_by_one = (who,) if isinstance(who, int | str) else who
+    one_by_one = who if isinstance(who, Iterable) and not isinstance(who, str) else (who,)
     return tuple(robot_name(each) if isinstance(each, int) else each for each in one_by_one)
+
+
+def robot_of(who: int | str, robots: int) -> int:
+    """The number of a robot, `3` or `"r3"`, in a fleet of so many.
+
+    Raises:
+        UsageError: the fleet has no such robot.
+    """
+    number = robot_number(who) if isinstance(who, str) else who
+    if number is None or number not in range(1, robots + 1):
+        raise UsageError(f"robot: must be a robot of the fleet, 1 to {robots}, got {who!r}")
+    return int(number)
 
 
 def _of_messages(fault: str, kinds: tuple[str, ...], which: Which, **fields: Any) -> Rule:  # noqa: ANN401 - fields of a rule have any type
@@ -132,7 +145,7 @@ def _of_messages(fault: str, kinds: tuple[str, ...], which: Which, **fields: Any
 
 
 def _of_process(fault: str, target: int | str, when: When, **fields: Any) -> Rule:  # noqa: ANN401 - as above
-    (process,) = names(target)
+    process = robot_name(target) if isinstance(target, int) else target
     return _rule(fault, {**when, "target": process, **fields})
 
 

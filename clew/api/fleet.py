@@ -143,7 +143,7 @@ class Fleet(ABC):
         self,
         kind: str | tuple[str, ...],
         *,
-        robot: int | None = None,
+        robot: int | str | None = None,
         step: int | None = None,
         where: Callable[[Entry], bool] | None = None,
         timeout_s: float = TIMEOUT_S,
@@ -152,21 +152,22 @@ class Fleet(ABC):
 
         Args:
             kind: as `"step.planned"` or `"view.*"`, or several.
-            robot: only from this robot, or about it.
+            robot: only from this robot, `3` or `"r3"`, or about it.
             step: only of this switching step.
             where: only where this is true.
             timeout_s: how long to wait [simulated s].
 
         Raises:
-            UsageError: there is no such kind.
+            UsageError: there is no such kind, or no such robot.
             WaitFailedError: it did not come in time, or the run ended before.
         """
         __tracebackhide__ = True  # pytest then shows the line of the test, and not ours
         kinds = (kind,) if isinstance(kind, str) else kind
         if (unknown := unknown_kinds(kinds)) is not None:
             raise UsageError(unknown)
+        number = None if robot is None else faults.robot_of(robot, self.asked.scenario.fleet.robots)
         self.begin()
-        choice, passed = Choice(kind=kinds, robot=robot, step=step), self._deadline(timeout_s)
+        choice, passed = Choice(kind=kinds, robot=number, step=step), self._deadline(timeout_s)
         while True:
             lines = self.lines
             while self._seen < len(lines):
@@ -178,7 +179,7 @@ class Fleet(ABC):
             if self.is_over:
                 why = f"the run ended at t={self.now_s:.1f} s: {self._ending}"
             if why is not None and self._seen == len(self.lines):
-                raise WaitFailedError(f"{_said(kinds, robot, step)} did not come: {why}")
+                raise WaitFailedError(f"{_said(kinds, number, step)} did not come: {why}")
             self._advance()
 
     def finish(self) -> Run:
@@ -283,9 +284,9 @@ class Fleet(ABC):
         ends = faults.names((one, other))
         return Link(self, ends[0], ends[1], one_way)
 
-    def robot(self, number: int) -> "Target":
-        """A robot's process."""
-        return Target(self, robot_name(number))
+    def robot(self, robot: int | str) -> "Target":
+        """The process of a robot, `3` or `"r3"`."""
+        return Target(self, robot_name(faults.robot_of(robot, self.asked.scenario.fleet.robots)))
 
     @property
     def leader(self) -> "Target":

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from clew.api.entries import Entry
+from clew.api.faults import robot_of
 from clew.api.frames import columns_of, frame_of
 from clew.api.moment import Moment, moment_of
 from clew.api.picture import html_of
@@ -28,6 +29,7 @@ from clew.page.report import write_report
 from clew.story.steps import Step
 from clew.story.story import story_of
 from protocol.errors import UsageError
+from protocol.frames import ROBOTS_MAX
 from protocol.plain import plain
 from world.judge.verdict import Verdict
 from world.record.recorder import Header
@@ -99,7 +101,7 @@ class Run:
         self,
         kind: str | tuple[str, ...] = (),
         *,
-        robot: int | None = None,
+        robot: int | str | None = None,
         step: int | None = None,
         source: str | tuple[str, ...] = (),
         rule: str | tuple[str, ...] = (),
@@ -110,7 +112,7 @@ class Run:
 
         Args:
             kind: as `"step.*"`, or several; default: all.
-            robot: only entries from this robot, or about it.
+            robot: only entries from this robot, `3` or `"r3"`, or about it.
             step: only entries of this switching step.
             source: `"world"`, `"r3"`, or several.
             rule: only injections of this rule of the fault plan, as `"kill-*"`.
@@ -118,7 +120,7 @@ class Run:
             t: from when to when [simulated s], both included.
 
         Raises:
-            UsageError: no kind that there is matches a pattern.
+            UsageError: no kind that there is matches a pattern, or the fleet has no such robot.
         """
         if (unknown := unknown_kinds(_all(kind))) is not None:
             raise UsageError(unknown)
@@ -128,7 +130,7 @@ class Run:
             source=_all(source),
             rule=_all(rule),
             key=_all(key),
-            robot=robot,
+            robot=None if robot is None else robot_of(robot, self._robots),
             step=step,
             from_s=from_s,
             to_s=to_s,
@@ -174,9 +176,9 @@ class Run:
         """Judge the run again from its log alone."""
         return check(self._timeline)
 
-    def replay(self, robot: int | None = None) -> Replay:
+    def replay(self, robot: int | str | None = None) -> Replay:
         """Replay every decision of every robot, or of one: new cores must decide as recorded."""
-        return replay(self.folder, robot)
+        return replay(self.folder, None if robot is None else robot_of(robot, self._robots))
 
     def report(self, path: Path | str | None = None) -> Path:
         """Write one HTML file that shows the run; default: `report.html` beside the log. Returns its path.
@@ -205,6 +207,15 @@ class Run:
 
     def _repr_html_(self) -> str:
         return html_of(self._timeline, self.sentences, self.verdict)
+
+    @property
+    def _robots(self) -> int:
+        """How many robots there are; with a damaged header, how many a fleet may have."""
+        match self.header.scenario:
+            case {"fleet": {"robots": int(robots)}}:
+                return robots
+            case _:
+                return ROBOTS_MAX
 
     @property
     def _timeline(self) -> Timeline:

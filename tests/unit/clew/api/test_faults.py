@@ -56,3 +56,8 @@ def test_a_wrong_field_is_refused_in_one_line() -> None:
         faults.kill("leader", at="after_lunch")
     with pytest.raises(UsageError, match=r"clew.partition: \$.group"):
         faults.partition(())
+    for nobody in (3.0, [1, 2]):
+        with pytest.raises(UsageError, match=r"clew.kill: \$.target: must be a string, got "):
+            faults.kill(nobody)  # type: ignore[arg-type] # as a user may write it
+    with pytest.raises(UsageError, match=r"clew.drop: \$.from\[0\]: must be a string, got 3.0"):
+        faults.drop(sender=3.0)  # type: ignore[arg-type] # likewise

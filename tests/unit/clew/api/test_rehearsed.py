@@ -59,8 +59,10 @@ def test_a_wait_gives_each_entry_once_in_order(fleet: Fleet) -> None:
 
 def test_a_fault_moves_the_wait_past_what_happened_before(fleet: Fleet) -> None:
     with fleet:
-        fleet.until("robot.started", robot=1)
+        fleet.until("robot.started", robot="r1")
         assert fleet.until("robot.started").source == "r2"
+        with pytest.raises(UsageError, match="must be a robot of the fleet, 1 to 3, got 'robot3'"):
+            fleet.until("robot.started", robot="robot3")
         fleet.link(1, 2).drop(0.1)
         with pytest.raises(WaitFailedError):
             fleet.until("robot.started", timeout_s=0.5)  # r3 has started before the fault
@@ -102,8 +104,10 @@ def test_a_fleet_that_never_begins_leaves_nothing(fleet: Fleet) -> None:
 
 def test_what_a_live_fleet_refuses_a_rehearsed_one_refuses(fleet: Fleet) -> None:
     with fleet:
+        with pytest.raises(UsageError, match="must be a robot of the fleet, 1 to 3, got 4"):
+            fleet.robot(4)
         with pytest.raises(UsageError, match="must be a robot of the fleet, r1 to r3, got r4"):
-            fleet.robot(4).kill()
+            fleet.link(1, 4).drop()
         planned = fleet.link(1, 2).drop(0.1)
         fleet.until("step.planned", step=1)
         with pytest.raises(UsageError, match="give it before the fleet begins"):
@@ -115,7 +119,7 @@ def test_what_a_live_fleet_refuses_a_rehearsed_one_refuses(fleet: Fleet) -> None
         fleet.tail.kill()
         fleet.until("fault.injected")
         with pytest.raises(UsageError, match="r3 is dead"):
-            fleet.robot(3).freeze()
+            fleet.robot("r3").freeze()
         with pytest.raises(UsageError, match="r2 is not frozen"):
             fleet.robot(2).thaw()
         lost = fleet.link(1, 2, one_way=True).drop()

@@ -43,6 +43,14 @@ def test_a_kind_that_there_is_not_is_refused_with_a_suggestion(run: Run, kind: s
         run.entries(kind)
 
 
+def test_a_robot_is_a_number_or_a_name_and_one_that_there_is_not_is_refused(run: Run) -> None:
+    assert run.entries("robot.settled", robot="r2") == run.entries("robot.settled", robot=2) != []
+    assert run.replay("r2") == run.replay(2)
+    for nobody in (0, 6, "r6", "robot3", "leader"):
+        with pytest.raises(UsageError, match="robot: must be a robot of the fleet, 1 to 5, got "):
+            run.entries("robot.died", robot=nobody)
+
+
 def test_the_fields_of_an_entry_are_its_attributes(run: Run) -> None:
     [first] = run.entries("step.planned", step=1)
     assert (first.step, first.kind, first.source) == (1, "step.planned", "r1")
