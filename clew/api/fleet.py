@@ -25,7 +25,7 @@ from clew.log.timeline import Choice, unknown_kinds
 from protocol.errors import ClewError, UsageError
 from protocol.faults.fit import check_fits
 from protocol.faults.plan import Plan
-from protocol.faults.rules import MessageRule, Rule
+from protocol.faults.rules import MessageRule, ProcessRule, Rule
 from protocol.keys import robot_name
 from world.record.lines import Line
 from world.scenario.scenario import Scenario
@@ -74,7 +74,7 @@ class Fleet(ABC):
 
     def __init__(self, asked: Asked) -> None:
         self.asked = asked
-        self.has_begun = False
+        self.has_begun = self._left = False
         self._planned: list[Rule] = []
         self._given: list[Rule] = []
         """As rules of a plan, with the times at which they were given and ended."""
@@ -134,6 +134,8 @@ class Fleet(ABC):
 
     def begin(self) -> Self:
         """Start, if it has not begun."""
+        if self._left and not self.has_begun:
+            raise UsageError("the fleet was ended before it began: nothing would end it now")
         if not self.has_begun:
             self.has_begun = True
             self._start(self.plan)
@@ -207,6 +209,7 @@ class Fleet(ABC):
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._left = True
         self.close()
 
     # --- faults -------------------------------------------------------------------------------------
@@ -239,11 +242,10 @@ class Fleet(ABC):
             check_fits(plan, robots=self.asked.scenario.fleet.robots)
             self._planned.append(rule)
             return Given(self, str(rule.name))
-        if isinstance(rule, MessageRule):
-            window = (rule.from_s, rule.until_s, rule.from_step, rule.until_step) != (0.0, None, 0, None)
-        else:
-            window = rule.point is not None
-        if window:
+        if self.is_over:
+            raise UsageError(f"{rule.fault}: the run is over")
+        window = (rule.from_s, rule.until_s, rule.from_step, rule.until_step) != (0.0, None, 0, None)
+        if window or (isinstance(rule, ProcessRule) and rule.point is not None):
             raise UsageError(
                 f"{rule.fault}: windows and points are for plans: give it before the fleet begins, which is "
                 "at the first wait"

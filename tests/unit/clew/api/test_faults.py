@@ -60,4 +60,4 @@ def test_a_wrong_field_is_refused_in_one_line() -> None:
         with pytest.raises(UsageError, match=r"clew.kill: \$.target: must be a string, got "):
             faults.kill(nobody)  # type: ignore[arg-type] # as a user may write it
     with pytest.raises(UsageError, match=r"clew.drop: \$.from\[0\]: must be a string, got 3.0"):
-        faults.drop(sender=3.0)  # type: ignore[arg-type] # likewise
+        faults.drop(sender=3.0)  # type: ignore[arg-type] # as a user may write it

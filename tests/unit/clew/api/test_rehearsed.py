@@ -99,6 +99,9 @@ def test_a_fleet_that_is_left_early_is_stopped_and_judged(fleet: Fleet) -> None:
 def test_a_fleet_that_never_begins_leaves_nothing(fleet: Fleet) -> None:
     with fleet:
         fleet.tail.kill()
+    for late in (lambda: fleet.run, fleet.finish, lambda: fleet.until("step.planned")):
+        with pytest.raises(UsageError, match="the fleet was ended before it began"):
+            late()
     assert not fleet.asked.folder.exists()
 
 
@@ -114,6 +117,9 @@ def test_what_a_live_fleet_refuses_a_rehearsed_one_refuses(fleet: Fleet) -> None
             fleet.leader.kill(at="after_plan")
         with pytest.raises(UsageError, match="give it before the fleet begins"):
             fleet.link(1, 2).drop(0.1, until_s=9.0)
+        for window in ({"step": 99}, {"from_s": 99.0}, {"until_s": 0.1}):  # none would be missed as unstruck
+            with pytest.raises(UsageError, match="kill: windows and points are for plans"):
+                fleet.robot(2).kill(**window)
         with pytest.raises(UsageError, match="drop-2 is a rule of the plan"):
             planned.end()
         fleet.tail.kill()
@@ -126,6 +132,9 @@ def test_what_a_live_fleet_refuses_a_rehearsed_one_refuses(fleet: Fleet) -> None
         lost.end()
         with pytest.raises(UsageError, match=r"no rule given-\d for messages is active"):
             lost.end()
+        fleet.finish()
+        with pytest.raises(UsageError, match="kill: the run is over"):
+            fleet.robot(2).kill()
 
 
 def test_each_target_and_each_kind_of_fault_strikes(tmp_path: Path) -> None:
