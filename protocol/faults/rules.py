@@ -243,6 +243,8 @@ class _ProcessRule(_Rule, frozen=True, kw_only=True):
             )
         if self.robots > 1 and self.point is not None:
             raise ValueError(f"robots must be 1 where there is a point, got {self.robots}")
+        if self.occurrence > 1 and self.point is None:
+            raise ValueError(f"occurrence must be 1 where there is no point, got {self.occurrence}")
 
 
 def _refuse_point(rule: _ProcessRule) -> None:

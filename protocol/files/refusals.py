@@ -9,7 +9,7 @@ from protocol.files.names import did_you_mean
 
 # The form of msgspec's errors: what is wrong, then where, unless it is the whole value.
 _REFUSAL = re.compile(r"(?P<what>.*?)(?: - at `\$(?P<path>.*)`)?", re.DOTALL)
-_EXPECTED = re.compile(r"Expected `(?P<kind>[^`]*)`(?: (?P<bound>[^,]*))?(?:, got .*)?")
+_EXPECTED = re.compile(r"Expected `(?P<kind>[^`]*)`(?: (?P<bound>matching regex .*|[^,]*))?(?:, got .*)?")
 _FIELD = re.compile(r"Object (?P<verb>missing required|contains unknown) field `(?P<name>.*)`", re.DOTALL)
 _STEP = re.compile(r"\.(\w+)|\[(\d+)\]")
 _UNIT = re.compile(r"_(?P<unit>m|rad|mps|radps|s)(?:_min|_max)?(?:\[\d+\])?$")

@@ -64,11 +64,19 @@ def test_the_required_plans_are_shipped() -> None:
             'fault = "slow"\ntarget = "r1"\ndelay_s = 0.1\npoint = "mid_drive"',
             "$.rule[0]: point must not be ",
         ),
+        (
+            'fault = "kill"\ntarget = "r1"\noccurrence = 2',
+            "$.rule[0]: occurrence must be 1 where there is no ",
+        ),
+        ('fault = "drop"\nname = "a b"', "$.rule[0].name: must be a string matching regex '^[A-Za"),
         ('fault = "thaw"\ntarget = "r1"\npoint = "mid_drive"', "$.rule[0]: point must not be given to thaw"),
         ('fault = "thaw"\ntarget = "world"', "$.rule[0]: target must not be the world"),
         ('fault = "slow"\ntarget = "router"\ndelay_s = 0.1', "$.rule[0]: target must not be the router"),
         ('fault = "freeze"\ntarget = "world"', "$.rule[0]: for_s must be given where the world is frozen"),
-        ('fault = "kill"\ntarget = "r0"', "$.rule[0].target: Expected `str` matching regex "),
+        (
+            'fault = "kill"\ntarget = "r0"',
+            "$.rule[0].target: must be a string matching regex '^(r[1-9][0-9]{0,3}|leader|",
+        ),
         (
             'fault = "drop"\nburst = { enter = 0.6, leave = 0.6, loss = 1.0 }',
             "$.rule[0].burst: enter + leave must be <= 1, got 0.6 + 0.6",
