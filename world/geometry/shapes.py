@@ -74,7 +74,7 @@ class Polygon(_Shape, frozen=True, kw_only=True, tag="polygon"):
 
     def __post_init__(self) -> None:
         if not rings.is_simple(self.ring_m):
-            raise ValueError("vertices_m must make a simple ring, got one that touches or crosses itself")
+            raise ValueError("vertices_m must make a simple ring, no corner twice, got one that meets itself")
 
     @property
     def ring_m(self) -> Floats:
