@@ -79,7 +79,7 @@ def in_words(outcomes: Sequence[Outcome]) -> str:
     promises = f"promises broken in {broken} of {runs}" if broken else f"no promise broken in {runs}"
     counts = Counter(map(_arrival, outcomes))
     arrivals = (f"{counts[field]} {said}" for field, said in ARRIVALS.items() if counts[field])
-    return f"{promises}; {', '.join(arrivals)}"
+    return "; ".join(filter(None, (promises, ", ".join(arrivals))))
 
 
 def _arrival(outcome: Outcome) -> str:

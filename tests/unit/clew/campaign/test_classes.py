@@ -23,6 +23,7 @@ def test_a_campaign_says_in_words_which_runs_arrived_and_which_were_not_asked_to
     )
     broken = outcome(ok=False, violations=2, surprise=Surprise.VIOLATION, mode=Mode.SAFETY)
     lost = outcome(ok=False, no_route=True)
+    assert in_words([]) == "no promise broken in 0 runs"
     assert in_words([broken, lost]) == "promises broken in 1 of 2 runs; 1 found no way, 1 failed"
     assert in_words([outcome()]) == "no promise broken in 1 run; 1 arrived"
 
