@@ -39,6 +39,7 @@ from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from protocol.files.writing import make_folder, open_private, write_whole
 from protocol.law_files import copies, is_of_file, named
 from protocol.root import ROOT
+from world.record.recorder import EVENTS_FILE
 
 EPISODES_FILE, CAMPAIGN_FILE, SCENES_FOLDER = "episodes.jsonl", "campaign.json", "scenes"
 DRAWN_FOLDER = "drawn"
@@ -116,7 +117,7 @@ def run(
         warn: gets a line for each broken file, which is not played.
 
     Raises:
-        UsageError: there is nothing to play, or the folder is not writable.
+        UsageError: there is nothing to play, or the folder is a run's, or not writable.
     """
     source_hash = hash_of_source()
     law = request.law and named(request.law, Path())
@@ -125,6 +126,8 @@ def run(
         episodes = _with_judges(_episodes(request, source_hash, warn), request.judge_every)
         if not request.out.is_dir():
             make_folder(request.out)  # a refused campaign leaves no folder
+        if (request.out / EVENTS_FILE).exists():
+            raise UsageError(f"{request.out}: is a run's folder, and a campaign never writes into one")
         for name, text in copies(law or "").items():
             write_whole(request.out / name, text)
         path = request.out / EPISODES_FILE
