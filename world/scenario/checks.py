@@ -129,11 +129,13 @@ def legs(section: Fleet, mission: Mission) -> None:
     if len(legs_m(mission)) > 0:
         return
     least_m, most_m = leg_m_min(mission) + PLACE_SLACK_M, mission.leg_m_max
+    speed_mps = mission.obstacle_speed_mps_max
+    least = f"{least_m:.4g} m, the least way between neighbours"
+    least += f" where obstacles move at {speed_mps:g} m/s" if speed_mps else ""
     if section.link_length_m_max < least_m:
-        rule = f">= {least_m:.4g} m, the least way between neighbours"
-        _refuse("fleet.link_length_m_max", rule, section.link_length_m_max)
+        _refuse("fleet.link_length_m_max", f">= {least}", section.link_length_m_max)
     if most_m < least_m:
-        _refuse("sensor", f"sure of {least_m:.4g} m, the least way between neighbours", f"{most_m:.4g} m")
+        _refuse("sensor", f"sure of {least}", f"{most_m:.4g} m")
     rule = f"more: on every way of up to {most_m:.4g} m the robot ahead hides what is beside its place"
     _refuse("law.epsilon_m", rule, mission.epsilon_m)
 

@@ -69,6 +69,10 @@ def test_a_robot_that_starts_too_near_to_an_obstacle_to_move_where_others_are_fa
             r"\$.fleet.link_length_m_max: must be >= 0.28 m, the least way between neighbours, got 0.26",
         ),
         (
+            {"fleet": {"spacing_m": 2.0}, "obstacle_speed_mps_max": 20.0},
+            r"\$.fleet.link_length_m_max: must be >= .* between neighbours where obstacles move at 20 m/s, got ",
+        ),
+        (
             {"fleet": {"separation_m": 0.2, "spacing_m": 0.42}, "sensor": {"range_m_max": 0.4}},
             r"\$.sensor: must be sure of 0.43 m, the least way between neighbours, got 0.2646 m",
         ),
