@@ -70,7 +70,7 @@ def test_a_robot_that_starts_too_near_to_an_obstacle_to_move_where_others_are_fa
         ),
         (
             {"fleet": {"spacing_m": 2.0}, "obstacle_speed_mps_max": 20.0},
-            r"\$.fleet.link_length_m_max: must be >= .* between neighbours where obstacles move at 20 m/s, got ",
+            r"\$.fleet.link_length_m_max: must be >= .* where obstacles move at 20 m/s, got ",
         ),
         (
             {"fleet": {"separation_m": 0.2, "spacing_m": 0.42}, "sensor": {"range_m_max": 0.4}},
