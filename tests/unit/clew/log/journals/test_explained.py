@@ -143,7 +143,7 @@ def test_silence_that_no_fault_explains_says_what_the_sender_sent(cut: Path, tmp
 
 
 def test_the_state_of_a_coordinator_says_whom_its_draft_leaves_out(cut: Path) -> None:
-    said = clew("replay", cut, "--until", "8", "--robot", "2")
+    said = clew("replay", cut, "--until", "12", "--robot", "2")
     [draft] = [line for line in said.stdout.splitlines() if line.startswith("  view ")]
     assert " in_place=nobody " in draft
     assert "r1: its turn has not come; " in draft
