@@ -48,7 +48,7 @@ class Grants:
 
     def withhold(self, *, too_near: bool) -> None:
         """Grant nothing from now on, or grant again: what the newest scan of the place shows (rule 4)."""
-        self._withheld = too_near and self._behind is not None
+        self._withheld = too_near
 
     @property
     def withheld(self) -> bool:

@@ -146,7 +146,7 @@ class Leading:
             self._wish = Wish(Cause.MISFIT, why, about=strand.robot)
             return []
         scan = self._senses.take()
-        if scan is None or self._looks_closer_where_it_begins(scan):
+        if scan is None:
             return self._senses.ask(now_s)
         planned = self._planned(leader, scan, now_s, room_m)
         behind = strand.behind
@@ -157,6 +157,11 @@ class Leading:
 
     def _planned(self, leader: Leader, scan: View, now_s: float, room_m: float | None) -> Plan:
         strand = self._strand
+        if strand.behind is not None and self._begins:
+            too_near = self._is_too_near(scan)
+            strand.grants.withhold(too_near=too_near)
+            if too_near and closer(self._mission, len(scan.ranges_m)) is not None:
+                return LookCloser()
         ground = strand.grants.ground
         planned = leader.plan(
             scan,
@@ -180,17 +185,14 @@ class Leading:
         """Whether it stands at its place in the formation."""
         return self._driver.progress_m <= self._strand.start_m + THERE_M
 
-    def _looks_closer_where_it_begins(self, scan: View) -> bool:
-        """Rule 5: withhold the place if it is too near to something; whether a closer look is to tell."""
-        mission, grants = self._mission, self._strand.grants
-        if not self._begins or not mission.promises_clearance or mission.obstacles_move:
+    def _is_too_near(self, scan: View) -> bool:
+        """Rule 5: whether something is too near for another robot to come to where this one stands."""
+        mission = self._mission
+        if not mission.promises_clearance or mission.obstacles_move:
             return False
-        robots = on_ground(scan.points, grants.ground.occupied, within_m=mission.hull_reach_m)
-        grants.withhold(too_near=not place_is_clear(scan.without(robots), mission))
-        if not grants.withheld or closer(mission, len(scan.ranges_m)) is None:
-            return False
-        self._senses.look_closer(scan)
-        return True
+        ground = self._strand.grants.ground.occupied
+        robots = on_ground(scan.points, ground, within_m=mission.hull_reach_m)
+        return not place_is_clear(scan.without(robots), mission)
 
     @property
     def _off_path_m(self) -> float:

@@ -1,6 +1,7 @@
 """Drive errors do not add up: not over views, and not over steps beside the bounds (docs/strand.md)."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -64,14 +65,22 @@ y_m_max = 3.0
 """
 
 
-def errors(seed: int, purpose: str) -> np.random.Generator:
-    """As drawn, but for an adversary's drives: each heading is as far off to the right as it may be."""
-    drawn = stream(seed, purpose)
-    if not purpose.startswith("drive/"):
-        return drawn
-    rightmost = Mock(spec=drawn)
-    rightmost.uniform.side_effect = lambda low, _high: low
-    return rightmost
+def adverse(off: Callable[[float, float], float]) -> Callable[[int, str], np.random.Generator]:
+    """As drawn, but for an adversary's drives: each is off by what it chooses between two limits."""
+
+    def drawn_or_chosen(seed: int, purpose: str) -> np.random.Generator:
+        drawn = stream(seed, purpose)
+        if not purpose.startswith("drive/"):
+            return drawn
+        adversary = Mock(spec=drawn)
+        adversary.uniform.side_effect = off
+        return adversary
+
+    return drawn_or_chosen
+
+
+errors = adverse(lambda low, _high: low)
+"""Each heading is as far off to the right as it may be."""
 
 
 def test_drive_errors_do_not_add_up_from_view_to_view(
@@ -234,15 +243,7 @@ def test_drive_errors_do_not_add_up_where_a_tail_comes_back_and_has_a_new_life_e
     """
     comes_back = False
 
-    def adverse(seed: int, purpose: str) -> np.random.Generator:
-        drawn = stream(seed, purpose)
-        if not purpose.startswith("drive/"):
-            return drawn
-        rightmost = Mock(spec=drawn)
-        rightmost.uniform.side_effect = lambda low, _high: low if comes_back else 0.0
-        return rightmost
-
-    monkeypatch.setattr(arena, "stream", adverse)
+    monkeypatch.setattr(arena, "stream", adverse(lambda low, _high: low if comes_back else 0.0))
     (path := tmp_path / "dead-end.toml").write_text(DEAD_END)
     scenario = load(str(path))
     rehearsal, times, is_cut = Rehearsal(scenario, 1), 0, False
@@ -314,15 +315,7 @@ def test_nor_where_each_leader_is_lost_and_the_robot_behind_it_stands_where_it_b
     """
     is_last = False
 
-    def adverse(seed: int, purpose: str) -> np.random.Generator:
-        drawn = stream(seed, purpose)
-        if not purpose.startswith("drive/"):
-            return drawn
-        adversary = Mock(spec=drawn)
-        adversary.uniform.side_effect = lambda low, high: low if is_last else high
-        return adversary
-
-    monkeypatch.setattr(arena, "stream", adverse)
+    monkeypatch.setattr(arena, "stream", adverse(lambda low, high: low if is_last else high))
     (path := tmp_path / "hidden-post.toml").write_text(BEFORE_A_HIDDEN_POST)
     scenario = load(str(path))
     rehearsal, front, is_cut, begins_s = Rehearsal(scenario, 1), 1, False, 0.0
