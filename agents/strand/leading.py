@@ -57,6 +57,7 @@ class Leading:
         self._gives_up = self._lost = self._arrived = False
         self._given_up = 0  # steps, in this epoch
         self._plans_again_s = -math.inf
+        self._waits = False  # for the strand to close up
         self._stuck_at_s = math.inf
         self._wish: Wish | None = None
 
@@ -139,7 +140,7 @@ class Leading:
         if leader.is_done(self._position()):
             strand.lead_on()
             return [Note(GoalReached(**self._here())), *self._arrive()]
-        if self._lost or now_s < self._plans_again_s:
+        if self._lost or self._is_pausing(now_s):
             return []
         if self._off_path_m > self._mission.mu0_m and self._mission.promises_clearance:
             why = f"robot {strand.robot} stands {self._off_path_m:.3f} m off the path's end"
@@ -154,6 +155,10 @@ class Leading:
         if isinstance(planned, LookCloser):
             self._senses.look_closer(scan)
         return self._carry_out(planned, now_s)
+
+    def _is_pausing(self, now_s: float) -> bool:
+        """Whether it is too early to plan again: a strand that has closed up is no longer waited for."""
+        return now_s < self._plans_again_s and not (self._waits and self._strand.quiet_s >= SETTLED_S)
 
     def _planned(self, leader: Leader, scan: View, now_s: float, room_m: float | None) -> Plan:
         strand = self._strand
@@ -200,7 +205,7 @@ class Leading:
         return math.dist(self._position(), xy(path.at(path.end_m)))
 
     def _carry_out(self, planned: Plan, now_s: float) -> list[Command]:
-        self._wish = None
+        self._wish, self._waits = None, isinstance(planned, Wait)
         match planned:
             case StepPlanned():
                 return self._begin(planned)

@@ -7,8 +7,8 @@ from agents.commands import AskScan, Note
 from agents.events import LinkHeard
 from agents.navigation.step import NoStep
 from agents.strand.blocked import BLOCKED_S, DISSOLVED_MAX
-from agents.strand.leader import NO_WAY, DeadEnd, Leader
-from agents.strand.leading import TURNS_MAX
+from agents.strand.leader import NO_WAY, DeadEnd, Leader, Wait
+from agents.strand.leading import SETTLED_S, TURNS_MAX
 from agents.strand.wish import Turnabout
 from protocol.fence import Cause
 from protocol.frames import Point, Pose, Vertex
@@ -344,6 +344,18 @@ def test_after_too_many_turns_without_a_step_the_route_is_lost(
     assert [record.reason for record in stage.records(RouteLost)] == is_lost * [
         "the strand has turned round too often in vain"
     ]
+
+
+def test_a_leader_that_waits_for_its_strand_plans_again_as_soon_as_all_have_stood_for_a_while(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(Leader, "plan", lambda *_, settled, **__: DeadEnd(0.4) if settled else Wait())
+    stage = MemberStage(MISSION, row(3), ORDER)
+    while stage.leader.strand.quiet_s < SETTLED_S:
+        assert stage.leader.wish is None
+        stage.run(0.1)
+    stage.run(0.1)
+    assert stage.leader.wish is not None, "it does not wait for as long again"
 
 
 def test_a_robot_in_whose_way_the_ones_behind_stand_wants_the_strand_to_dissolve() -> None:
