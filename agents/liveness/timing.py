@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from protocol.mission import Mission
 
 ODOMETRY_S = 0.1  # the world's period
-PLACED_S = 120.0  # two turns of a minute: what a robot took to its place among the dead ends of `comb` 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,8 +42,6 @@ class Timing:
     """A coordinator is lost when there has been no word from it and no new turn for so long."""
     stood_s: float = 20.0
     """It is lost, whatever it says, when no body has moved and there was no new turn for so long."""
-    view_s: float = 300.0
-    """It is lost when a view has not come to ALL within this time."""
     silent_s: float = 8.0
     """A neighbour with a token is lost when it has been silent for so long. After 4 s there were a fifth more
     views for lost neighbours where a robot loses nine of ten messages (docs/measured.md)."""
@@ -70,7 +67,6 @@ class Timing:
             coordinator_s=3.0 * ping_s,
             reports_s=2.5 * ping_s,
             shared_draws_s=ODOMETRY_S * mission.robots,
-            view_s=max(300.0, PLACED_S * mission.robots),
         )
 
     def slower(self, in_vain: int) -> "Timing":

@@ -32,9 +32,8 @@ class Proposing:
         self._suspicion = suspicion
         self._pleas = pleas
         self._raising = Raising(robot, life, timing)
-        self._epoch_s = self._turn_s = 0.0
-        """When odometry first told this epoch, and this turn."""
-        self._epoch = Fence().epoch
+        self._turn_s = 0.0
+        """When odometry first told this turn."""
         self._led_by = 0
         self._leader_heard_s = 0.0
 
@@ -42,8 +41,6 @@ class Proposing:
         """Odometry tells a newer fence."""
         self._raising.enter(fence)
         self._turn_s = now_s
-        if fence.epoch != self._epoch:
-            self._epoch, self._epoch_s = fence.epoch, now_s
         if fence.may is May.ALL:
             self._led_by, self._leader_heard_s = fence.robot, now_s
 
@@ -124,22 +121,22 @@ class Proposing:
         idle_s = min(odometry.stood_s, now_s - self._turn_s)
         if self._suspicion.has_gone(coordinator, heard_s, now_s):
             why = f"robot {coordinator} coordinated, and its token has gone"
-        elif reporter is not None and self._is_deaf(min(idle_s, now_s - reporter.heard_at_s), now_s):
+        elif reporter is not None and self._is_deaf(
+            fence.epoch, min(idle_s, now_s - reporter.heard_at_s), now_s
+        ):
             why = f"robot {coordinator} coordinates, and is silent"
         elif idle_s > timing.stood_s:
             why = "nobody has moved, and there was no turn"
-        elif now_s - self._epoch_s > timing.view_s:
-            why = "the view takes too long"
         else:
             return None
         return Reason(Cause.COORDINATOR_LOST, why, coordinator, is_shared=True)
 
-    def _is_deaf(self, waits_s: float, now_s: float) -> bool:
+    def _is_deaf(self, epoch: Epoch, waits_s: float, now_s: float) -> bool:
         """Whether the coordinator has answered nothing for so long, given no turn, and nobody has moved.
 
         A robot whose own reports are lost has no answers either; others that move show that the view goes on.
         """
-        return self._suspicion.judges(now_s) and waits_s > self.timing_in(self._epoch).coordinator_s
+        return self._suspicion.judges(now_s) and waits_s > self.timing_in(epoch).coordinator_s
 
     def _for_outsider(self, odometry: Odometry, reporter: Reporter | None, now_s: float) -> Reason | None:
         """Rule 4."""
