@@ -1,8 +1,8 @@
 """Whom a robot holds for lost, from tokens, silence and its own gaps. Pure; liveness only.
 
 Rule 1: a neighbour is lost when its token has gone and it has not been heard since for a moment; or when it
-        has been silent for longer than its own usual silences allow. When no body has moved for long, it may
-        not be silent at all: that it lives does not help those that wait for it.
+        has been silent for too long. When no body has moved for long, it may not be silent at all: that it
+        lives does not help those that wait for it.
 Rule 2: a robot that has just had a gap of its own, or sees no token of the world, judges nobody. It has had
         one when its clock leaps: its process was late, or odometry was lost. It finds that before it handles
         anything that has waited meanwhile.
@@ -20,7 +20,6 @@ from protocol.wire.messages import AheadState, BehindState
 HALF_LIFE_S = 30.0  # of a penalty
 SUPPRESS = 1.0  # one loss: for 12 s at first, for longer when it is lost again soon
 REUSE = 0.75
-USUAL_SILENCES = 8.0  # longer than so many usual ones, a silence is one in 3000
 
 
 @dataclass(slots=True)
@@ -70,8 +69,8 @@ class Suspicion:
             return None
         if self.presence.is_lost(link.neighbour, max(link.heard_at_s, link.made_at_s), now_s):
             return "token"
-        patience_s = max(self.timing.silent_s, USUAL_SILENCES * link.usual_s)
-        return "silence" if link.silent_s(now_s) > patience_s or (all_wait and link.silent) else None
+        is_silent = link.silent_s(now_s) > self.timing.silent_s or (all_wait and link.silent)
+        return "silence" if is_silent else None
 
     def has_gone(self, robot: int, heard_at_s: float, now_s: float) -> bool:
         """Whether a robot's token has gone, and it has not been heard since."""

@@ -191,7 +191,6 @@ class Membership:
             formation=formation,
             path=path,
             now_s=now_s,
-            usual_s=self._past.usual_s,
         )
 
     def _do(self, now_s: float) -> list[Command]:

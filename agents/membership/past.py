@@ -23,8 +23,6 @@ class Past:
     """Whether the robot stood at its place at the goal."""
     neighbours: Mapping[int, Point] = field(default_factory=dict)
     """Where its neighbours were when it last heard them."""
-    usual_s: float = 0.0
-    """The mean time between two states of a neighbour."""
 
     def with_places(self, places: Places) -> Self:
         """After a view: the robot may have left its places, or have one in the draft."""
@@ -38,5 +36,4 @@ class Past:
         )
         places = self.places.with_old(place, moved=member.has_moved) if member.fits else Places()
         neighbours = {**self.neighbours, **member.strand.neighbours}
-        usual_s = max((link.usual_s for link in member.strand.links), default=self.usual_s)
-        return type(self)(places, member.counters, formation.epoch, member.arrived, neighbours, usual_s)
+        return type(self)(places, member.counters, formation.epoch, member.arrived, neighbours)

@@ -57,12 +57,10 @@ class Member:
         formation: Formation,
         path: Path,
         now_s: float,
-        usual_s: float = 0.0,
     ) -> None:
         """Take a place in a strand, under the formation's fence; `path` is all of it, as told.
 
-        `formation` is any of its pieces. `memory` outlives a strand, and so does `usual_s`: the mean time
-        between two states of a neighbour.
+        `formation` is any of its pieces. `memory` outlives a strand.
         """
         self._robot = robot
         self._mission = mission
@@ -73,7 +71,7 @@ class Member:
         bearing = Bearing(epoch=formation.epoch, turn=formation.turn, life=life)
         driver.begin(formation.s_m, bearing)
         memory.take(formation)
-        self._strand = Strand(robot, formation, path, mission, now_s, usual_s=usual_s)
+        self._strand = Strand(robot, formation, path, mission, now_s)
         left_out = formation.members < mission.robots
         follower = Follower(mission, formation.s_m, some_are_left_out=left_out)
         self._advance = Advance(mission, driver, senses, follower)

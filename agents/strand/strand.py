@@ -41,8 +41,6 @@ class Strand:
         path: Path,
         mission: Mission,
         now_s: float,
-        *,
-        usual_s: float = 0.0,
     ) -> None:
         self._mission = mission
         self._formation = formation
@@ -54,9 +52,9 @@ class Strand:
         self.ahead: Link[AheadState] | None = None
         self.behind: Link[BehindState] | None = None
         if (ahead := formation.ahead) is not None:
-            self.ahead = Link(ahead.robot, ahead.life, formation.epoch, now_s, usual_s=usual_s)
+            self.ahead = Link(ahead.robot, ahead.life, formation.epoch, now_s)
         if (behind := formation.behind) is not None:
-            self.behind = Link(behind.robot, behind.life, formation.epoch, now_s, usual_s=usual_s)
+            self.behind = Link(behind.robot, behind.life, formation.epoch, now_s)
         self.links: tuple[Link[AheadState] | Link[BehindState], ...] = tuple(
             link for link in (self.ahead, self.behind) if link is not None
         )

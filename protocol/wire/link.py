@@ -17,7 +17,6 @@ from protocol.wire.messages import AheadState, BehindState
 
 State = TypeVar("State", AheadState, BehindState)
 
-NEWEST_SHARE = 0.25  # of the newest time between two states: four of them make a mean
 LATELY_S = 10.0  # longer than two silences that a link survives
 
 
@@ -36,8 +35,6 @@ class Link(Generic[State]):
     """Whether the silence has been noted."""
     silent_share: float = 0.0
     """Rule 4."""
-    usual_s: float = 0.0
-    """The mean time between two states that were heard, lately; at first, as in the last strand."""
     _noted_s: float = -math.inf
     _number: int = 0
 
@@ -54,11 +51,7 @@ class Link(Generic[State]):
         if not self.is_newer(number):
             return False
         self.state, self._number = state, number
-        said_s = min(state.t_s, now_s)
-        if said_s > self.heard_at_s:
-            gap_s = said_s - max(self.heard_at_s, self.made_at_s)
-            self.usual_s += NEWEST_SHARE * (max(0.0, gap_s) - self.usual_s)
-            self.heard_at_s = said_s
+        self.heard_at_s = max(self.heard_at_s, min(state.t_s, now_s))
         return True
 
     def silent_s(self, now_s: float) -> float:

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.liveness.suspicion import HALF_LIFE_S, REUSE, SUPPRESS, USUAL_SILENCES, Suspicion
+from agents.liveness.suspicion import HALF_LIFE_S, REUSE, SUPPRESS, Suspicion
 from agents.liveness.timing import Timing
 from protocol.fence import Epoch
 from protocol.wire.link import Link
@@ -24,10 +24,10 @@ def awake(*robots: int, until_s: float = 10.0) -> Suspicion:
     return suspicion
 
 
-def heard(at_s: float, *, every_s: float = 0.0) -> Link[BehindState]:
+def heard(at_s: float) -> Link[BehindState]:
     """A link to robot 2 that was heard last at that time."""
     link: Link[BehindState] = Link(2, 9, EPOCH, 0.0)
-    link.heard_at_s, link.usual_s = at_s, every_s
+    link.heard_at_s = at_s
     return link
 
 
@@ -42,15 +42,8 @@ def test_a_neighbour_whose_token_has_gone_is_lost_at_once_and_a_silent_one_later
     assert suspicion.why_lost(heard(9.0), 10.0) == "token"
 
 
-def test_where_a_neighbour_is_seldom_heard_a_silence_is_long_only_by_that() -> None:
-    usual_s = SILENT_S / USUAL_SILENCES * 2.0
-    link = heard(10.0 - SILENT_S, every_s=usual_s)
-    assert awake(2).why_lost(link, 10.0 + 0.5 * SILENT_S) is None
-    assert awake(2).why_lost(link, 10.0 + 1.1 * SILENT_S) == "silence"
-
-
 def test_where_all_wait_a_neighbour_that_is_silent_is_lost_however_seldom_it_is_heard() -> None:
-    link = heard(10.0 - 1.5, every_s=SILENT_S)
+    link = heard(10.0 - 1.5)
     assert awake(2).why_lost(link, 10.0, all_wait=True) is None
     link.silent = True
     assert awake(2).why_lost(link, 10.0) is None
