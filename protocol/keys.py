@@ -25,6 +25,11 @@ def robot_number(name: str) -> int | None:
     return int(digits) if name[:1] == "r" and is_number else None
 
 
+def not_of_fleet(said: object, robots: int) -> str:
+    """The refusal of a robot that a fleet of so many does not have."""
+    return f"must be a robot of the fleet, r1 to {robot_name(robots)}, got {said}"
+
+
 @dataclass(frozen=True)
 class Keys:
     """The keys of one run of one fleet; `*` may stand for any sender or receiver."""

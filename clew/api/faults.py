@@ -11,7 +11,7 @@ from typing import Any, TypedDict, Unpack
 from protocol.errors import UsageError
 from protocol.faults.rules import Rule
 from protocol.files.reading import understand
-from protocol.keys import robot_name, robot_number
+from protocol.keys import not_of_fleet, robot_name, robot_number
 
 Who = int | str | Iterable[int | str]
 """Processes: `3` or `"r3"` is a robot; `"world"`; or several of them."""
@@ -132,7 +132,7 @@ def robot_of(who: int | str, robots: int) -> int:
     """
     number = robot_number(who) if isinstance(who, str) else who
     if number is None or number not in range(1, robots + 1):
-        raise UsageError(f"robot: must be a robot of the fleet, 1 to {robots}, got {who!r}")
+        raise UsageError(f"robot: {not_of_fleet(who, robots)}")
     return int(number)
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from protocol.errors import UsageError
 from protocol.faults.plan import Plan
 from protocol.faults.rules import MessageKind, MessageRule, Partition, ProcessRule, Rule
-from protocol.keys import WORLD, robot_name, robot_number
+from protocol.keys import WORLD, not_of_fleet, robot_number
 
 ROBOTS, ASKERS = "robots", "robots, whose name is not told"
 
@@ -46,7 +46,7 @@ def misfits(rule: Rule, *, robots: int) -> Iterator[str]:
     for path, name in _names(rule):
         number = robot_number(name)
         if number is not None and number > robots:
-            yield f"{path}: must be a robot of the fleet, r1 to {robot_name(robots)}, got {name}"
+            yield f"{path}: {not_of_fleet(name, robots)}"
     if isinstance(rule, ProcessRule) and rule.robots > robots:
         yield f".robots: must be <= {robots}, the fleet's, got {rule.robots}"
     if isinstance(rule, MessageRule) and rule.kinds and not any(_may_go(rule, kind) for kind in rule.kinds):

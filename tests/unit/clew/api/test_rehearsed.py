@@ -61,7 +61,7 @@ def test_a_fault_moves_the_wait_past_what_happened_before(fleet: Fleet) -> None:
     with fleet:
         fleet.until("robot.started", robot="r1")
         assert fleet.until("robot.started").source == "r2"
-        with pytest.raises(UsageError, match="must be a robot of the fleet, 1 to 3, got 'robot3'"):
+        with pytest.raises(UsageError, match="must be a robot of the fleet, r1 to r3, got robot3"):
             fleet.until("robot.started", robot="robot3")
         fleet.link(1, 2).drop(0.1)
         with pytest.raises(WaitFailedError):
@@ -107,7 +107,7 @@ def test_a_fleet_that_never_begins_leaves_nothing(fleet: Fleet) -> None:
 
 def test_what_a_live_fleet_refuses_a_rehearsed_one_refuses(fleet: Fleet) -> None:
     with fleet:
-        with pytest.raises(UsageError, match="must be a robot of the fleet, 1 to 3, got 4"):
+        with pytest.raises(UsageError, match="must be a robot of the fleet, r1 to r3, got 4"):
             fleet.robot(4)
         with pytest.raises(UsageError, match="must be a robot of the fleet, r1 to r3, got r4"):
             fleet.link(1, 4).drop()

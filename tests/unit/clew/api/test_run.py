@@ -47,7 +47,7 @@ def test_a_robot_is_a_number_or_a_name_and_one_that_there_is_not_is_refused(run:
     assert run.entries("robot.settled", robot="r2") == run.entries("robot.settled", robot=2) != []
     assert run.replay("r2") == run.replay(2)
     for nobody in (0, 6, "r6", "robot3", "leader"):
-        with pytest.raises(UsageError, match="robot: must be a robot of the fleet, 1 to 5, got "):
+        with pytest.raises(UsageError, match="robot: must be a robot of the fleet, r1 to r5, got "):
             run.entries("robot.died", robot=nobody)
 
 
