@@ -30,6 +30,11 @@ NEWS_MAX = 2**32  # per life of the world: more than a run has ticks; 2 million 
 GIVEN = re.compile(r"given-([0-9]{1,9})([.]|$)")  # bounded, since a robot may record any name
 
 
+def is_given(name: str) -> bool:
+    """Whether a rule of this name may be one that was given by hand."""
+    return GIVEN.match(name) is not None
+
+
 class RunFaults:
     """The faults of one run."""
 

@@ -14,22 +14,22 @@ from pathlib import Path
 from typing import Any
 
 from clew.api.entries import Entry
-from clew.api.faults import robot_of
+from clew.api.faults import Who, names, robot_of
 from clew.api.frames import columns_of, frame_of
 from clew.api.moment import Moment, moment_of
 from clew.api.picture import html_of
 from clew.api.reading import Reading
 from clew.fleet.summary import figures_line, recovery_lines, verdict_sentence
 from clew.log.check import Finding, check, scenario_of
+from clew.log.header import robots_of
 from clew.log.journals.messages import Message, messages_of
 from clew.log.journals.process import processes_of
 from clew.log.replay import Replay, replay
-from clew.log.timeline import Choice, Timeline, unknown_kinds
+from clew.log.timeline import Choice, Timeline, unknown_in
 from clew.page.report import write_report
 from clew.story.steps import Step
 from clew.story.story import story_of
 from protocol.errors import UsageError
-from protocol.frames import ROBOTS_MAX
 from protocol.plain import plain
 from world.judge.verdict import Verdict
 from world.record.recorder import Header
@@ -103,7 +103,7 @@ class Run:
         *,
         robot: int | str | None = None,
         step: int | None = None,
-        source: str | tuple[str, ...] = (),
+        source: Who = (),
         rule: str | tuple[str, ...] = (),
         key: str | tuple[str, ...] = (),
         t: tuple[float, float] | None = None,
@@ -114,20 +114,18 @@ class Run:
             kind: as `"step.*"`, or several; default: all.
             robot: only entries from this robot, `3` or `"r3"`, or about it.
             step: only entries of this switching step.
-            source: `"world"`, `"r3"`, or several.
-            rule: only injections of this rule of the fault plan, as `"kill-*"`.
+            source: `"world"`, `3` or `"r3"`, or several.
+            rule: only injections of this fault rule, as `"kill-*"`.
             key: only entries about messages on this key, as `"link/r2/*"`.
             t: from when to when [simulated s], both included.
 
         Raises:
-            UsageError: no kind that there is matches a pattern, or the fleet has no such robot.
+            UsageError: no entry of such a run can be chosen: it has no such kind, source, robot or rule.
         """
-        if (unknown := unknown_kinds(_all(kind))) is not None:
-            raise UsageError(unknown)
         from_s, to_s = t or (None, None)
         choice = Choice(
             kind=_all(kind),
-            source=_all(source),
+            source=names(source),
             rule=_all(rule),
             key=_all(key),
             robot=None if robot is None else robot_of(robot, self._robots),
@@ -135,6 +133,8 @@ class Run:
             from_s=from_s,
             to_s=to_s,
         )
+        if (unknown := unknown_in(choice, self.header, self._reading.lines)) is not None:
+            raise UsageError(unknown)
         return [Entry(*line) for line in self._reading.lines if choice.takes(*line)]
 
     @property
@@ -210,12 +210,7 @@ class Run:
 
     @property
     def _robots(self) -> int:
-        """How many robots there are; with a damaged header, how many a fleet may have."""
-        match self.header.scenario:
-            case {"fleet": {"robots": int(robots)}}:
-                return robots
-            case _:
-                return ROBOTS_MAX
+        return robots_of(self.header)
 
     @property
     def _timeline(self) -> Timeline:

@@ -12,6 +12,7 @@ import msgspec
 from msgspec import Struct
 
 from protocol.errors import UsageError
+from protocol.frames import ROBOTS_MAX
 from protocol.plain import plain
 from protocol.run_settings import read_plan, read_settings
 from world.record.lines import Stamp
@@ -81,6 +82,15 @@ def read_header(text: bytes, path: Path) -> Header:
     if not re.fullmatch(r"clew-timeline/\d+", schema):
         raise UsageError(f"{path}: {other(schema)}")
     return header
+
+
+def robots_of(header: Header) -> int:
+    """How many robots there are; with a damaged header, how many a fleet may have."""
+    match header.scenario:
+        case {"fleet": {"robots": int(robots)}}:
+            return robots
+        case _:
+            return ROBOTS_MAX
 
 
 def is_entry(text: bytes) -> bool:

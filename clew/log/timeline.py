@@ -1,21 +1,25 @@
 """The timeline of a run in memory, and a choice of its entries. `log.Log` reads entry by entry instead."""
 
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from fnmatch import filter as filter_names
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import get_args
 
+from clew.log.header import robots_of
 from clew.log.log import Log
 from protocol.files.names import did_you_mean
-from protocol.keys import robot_name
-from protocol.timeline import Entry, Record, RunEnded
+from protocol.keys import WORLD, not_of_fleet, robot_name
+from protocol.timeline import Entry, FaultInjected, Record, RunEnded
+from world.faults import is_given
 from world.record.lines import Line
 from world.record.recorder import Header
 
 KINDS = tuple(each.__struct_config__.tag for each in get_args(Record))
 NAMING = ("robot", "other", "to", "neighbour", "blocked", "before", "named", "coordinator", "about", "by")
 """The fields that name a robot."""
+SHOWN = 10  # of the rules of a plan, which may have 1000
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +76,59 @@ def read(run: Path) -> Timeline:
     """
     log = Log(run)
     return Timeline(log.header, tuple(log.lines), log.flaws)
+
+
+def unknown_in(choice: Choice, header: Header, lines: Iterable[Line]) -> str | None:
+    """Say what of a choice no entry of this run can have, with similar names; None: each may have one.
+
+    A rule may be one of the plan, one that has struck, or one that was given by hand and has not struck.
+    """
+    return "; ".join(_unknown_in(choice, header, lines)) or None
+
+
+def _unknown_in(choice: Choice, header: Header, lines: Iterable[Line]) -> Iterator[str]:
+    robots = robots_of(header)
+    sources = {WORLD, *map(robot_name, range(1, robots + 1))}
+    if (unknown := unknown_kinds(choice.kind)) is not None:
+        yield unknown
+    for source in choice.source:
+        if source not in sources:
+            yield f"source: must be world, or {not_of_fleet(source, robots).removeprefix('must be ')}"
+    if choice.robot is not None and choice.robot not in range(1, robots + 1):
+        yield f"robot: {not_of_fleet(choice.robot, robots)}"
+    if choice.rule:
+        rules = {*_planned(header), *(rule for _, entry in lines if (rule := _rule_of(entry.record)))}
+        for pattern in choice.rule:
+            if not (filter_names(rules, pattern) or (is_given(pattern) and not _parts(pattern, rules))):
+                yield f"rule: must be {_some(rules)}, got {pattern!r}{did_you_mean(pattern, rules)}"
+    if choice.from_s is not None and choice.to_s is not None and choice.from_s > choice.to_s:
+        yield f"time: must be from an earlier time to a later one, got {choice.from_s:g} to {choice.to_s:g} s"
+
+
+def _planned(header: Header) -> Iterator[str]:
+    """The names of the rules of its plan; a damaged header may say anything."""
+    match header.faults:
+        case {"rule": [*rules]}:
+            yield from (str(rule["name"]) for rule in rules if isinstance(rule, dict) and "name" in rule)
+        case _:
+            pass
+
+
+def _rule_of(record: Record) -> str | None:
+    return record.rule if isinstance(record, FaultInjected) else None
+
+
+def _parts(given: str, rules: Iterable[str]) -> list[str]:
+    """What a fault of processes that was given by hand is called for each of them: `given-1.r3`."""
+    return filter_names(rules, f"{given}.*")
+
+
+def _some(rules: Collection[str]) -> str:
+    """What a rule of this run may be."""
+    if not rules:
+        return "a fault rule, and this run has none"
+    more = f" or {len(rules) - SHOWN} others" if len(rules) > SHOWN else ""
+    return f"one of {', '.join(sorted(rules)[:SHOWN])}{more}"
 
 
 def unknown_kinds(patterns: tuple[str, ...]) -> str | None:

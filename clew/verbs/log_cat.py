@@ -6,6 +6,7 @@ from collections.abc import Callable
 from contextlib import aclosing
 from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import msgspec
@@ -15,6 +16,9 @@ from clew.verbs.say import warn
 from protocol.plain import plain
 from protocol.timeline import Entry
 from protocol.timeline.sentences import sentence
+
+if TYPE_CHECKING:
+    from clew.log.timeline import Choice
 
 Say = Callable[[str, Entry], None]
 AT_ONCE = 1000  # lines in one write, because each write is a system call
@@ -86,7 +90,7 @@ def cat(
         for flaw in flaws:
             _warn(flaw)
         if not printer.has_said:
-            click.echo(_none_matches(chosen.kind), err=True)
+            warn(_none_matches(run, chosen))
     except BrokenPipeError:
         # The reader has closed the pipe, as `head` does. Python would report it again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -112,11 +116,13 @@ class _Printer:
             self._lines.clear()
 
 
-def _none_matches(patterns: tuple[str, ...]) -> str:
-    """Say that no entry matches, and suggest similar names for an unknown kind."""
-    from clew.log.timeline import unknown_kinds
+def _none_matches(run: Path, choice: "Choice") -> str:
+    """Say that no entry matches, and which of the names that were asked for this run cannot have."""
+    from clew.log.log import Log
+    from clew.log.timeline import unknown_in
 
-    unknown = unknown_kinds(patterns)
+    log = Log(run)
+    unknown = unknown_in(choice, log.header, log.lines)
     return "no entry matches" + ("" if unknown is None else f"; {unknown}")
 
 

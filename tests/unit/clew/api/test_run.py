@@ -3,6 +3,7 @@
 import shutil
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -11,6 +12,7 @@ from clew.log import timeline
 from clew.log.log import Log
 from protocol.errors import UsageError
 from protocol.timeline import FaultInjected, PoseSampled, TrafficCounted
+from tests.support.logs.logs import AT_REST, numbered, recorded
 from tests.support.runs import Runs
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
@@ -29,6 +31,7 @@ def test_entries_are_those_of_the_log_in_its_order(run: Run) -> None:
     assert [(each.source, each.written) for each in run.entries()] == lines
     chosen = [line for line in lines if 2.0 <= line[1].t_s <= 5.0 and line[0] == "r2"]
     assert [(each.source, each.written) for each in run.entries(source="r2", t=(2.0, 5.0))] == chosen
+    assert run.entries(source=2) == run.entries(source="r2")
     assert {each.kind for each in run.entries("step.*")} == {"step.planned", "step.finished"}
     assert {each.kind for each in run.entries(("pose.sampled", "fault.injected"))} == {
         "pose.sampled",
@@ -49,6 +52,41 @@ def test_a_robot_is_a_number_or_a_name_and_one_that_there_is_not_is_refused(run:
     for nobody in (0, 6, "r6", "robot3", "leader"):
         with pytest.raises(UsageError, match="robot: must be a robot of the fleet, r1 to r5, got "):
             run.entries("robot.died", robot=nobody)
+
+
+@pytest.mark.parametrize(
+    ("choice", "why"),
+    [
+        ({"source": "wrld"}, "source: must be world, or a robot of the fleet, r1 to r5, got wrld"),
+        ({"source": ("world", 6)}, "source: must be world, or a robot of the fleet, r1 to r5, got r6"),
+        ({"source": "r*"}, r"source: must be .*, got r\*"),
+        ({"rule": "drp-1"}, "rule: must be one of drop-1, got 'drp-1'; did you mean 'drop-1'\\?"),
+        ({"rule": ("drop-*", "kill-*")}, r"rule: must be one of drop-1, got 'kill-\*'"),
+        ({"t": (9.0, 2.0)}, "time: must be from an earlier time to a later one, got 9 to 2 s"),
+    ],
+)
+def test_what_no_entry_of_the_run_can_have_is_refused_and_not_answered_with_nothing(
+    run: Run, choice: dict[str, Any], why: str
+) -> None:
+    with pytest.raises(UsageError, match=f"^{why}$"):
+        run.entries(**choice)
+
+
+def test_a_rule_given_by_hand_may_not_have_struck_yet_and_its_parts_are_suggested(
+    run: Run, tmp_path: Path
+) -> None:
+    assert run.entries(rule="given-1") == []
+    struck = FaultInjected(fault="kill", rule="given-1.r3", process="r3")
+    given = open_run(recorded(tmp_path / "given", numbered((("world", struck),))))
+    with pytest.raises(UsageError, match=r"got 'given-1'; did you mean 'given-1\.r3'\?"):
+        given.entries(rule="given-1")
+    assert len(given.entries(rule="given-1.*")) == 1
+
+
+def test_a_run_without_faults_has_no_rules(tmp_path: Path) -> None:
+    quiet = open_run(recorded(tmp_path / "quiet", numbered(AT_REST)))
+    with pytest.raises(UsageError, match="rule: must be a fault rule, and this run has none, got 'kill-1'"):
+        quiet.entries(rule="kill-1")
 
 
 def test_the_fields_of_an_entry_are_its_attributes(run: Run) -> None:

@@ -146,8 +146,10 @@ def test_a_step_is_one_readable_line_and_complete_in_json(tmp_path: Path) -> Non
             ("--kind", "pose.sampeld"),
             "no entry matches; there is no kind 'pose.sampeld'; did you mean 'pose.sampled'",
         ),
-        (("--robot", "77"), "no entry matches"),
-        (("--from", "9", "--to", "3"), "no entry matches"),
+        (("--robot", "77"), "no entry matches; robot: must be a robot of the fleet, r1 to r5, got 77"),
+        (("--source", "wrld"), "no entry matches; source: must be world, or a robot of the fleet, r1 to r5"),
+        (("--rule", "kil-1"), "no entry matches; rule: must be one of kill-1, got 'kil-1'; did you mean"),
+        (("--from", "9", "--to", "3"), "no entry matches; time: must be from an earlier time to a later one"),
         (("--kind", "step.*"), "no entry matches"),
     ],
 )
