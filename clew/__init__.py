@@ -29,6 +29,7 @@ if TYPE_CHECKING:
         reorder,
         restart,
         slow,
+        thaw,
     )
     from clew.api.fleet import Fleet, WaitFailedError
     from clew.api.launched import launch
@@ -61,6 +62,7 @@ __all__ = [
     "reorder",
     "restart",
     "slow",
+    "thaw",
 ]
 
 _PLACES = {

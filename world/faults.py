@@ -120,7 +120,8 @@ class RunFaults:
         """
         name, rules = self.resolve(rule, now_s=now_s, for_s=for_s)
         if isinstance(rule, ProcessRule):
-            self._manual.append(ProcessFaults(Plan(name=name, rules=rules), self._seed))
+            plan = Plan(name=name, rules=rules)
+            self._manual.append(ProcessFaults(plan, self._seed, frozen=self._ended.frozen))
         else:
             kept = [each for each in self._rules if each.until_s is None or each.until_s > now_s]
             if len(kept) == GIVEN_MAX:
@@ -173,7 +174,7 @@ class RunFaults:
         """Refuse a rule that cannot affect a process: a dead process can only be restarted."""
         if process in self._ended and not isinstance(rule, Restart):
             raise UsageError(f"{process} is dead; restart has it start again")
-        if isinstance(rule, Thaw) and self._last_action.get(process) != ProcessAction.FREEZE:
+        if isinstance(rule, Thaw) and process not in self._ended.frozen:
             raise UsageError(f"{process} is not frozen")
 
     def hold_up(self, process: str) -> bool:

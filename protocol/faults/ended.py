@@ -1,8 +1,10 @@
-"""The robots without a process, by the timeline. Pure: entries in, answers out.
+"""The robots without a process, and frozen processes, by the timeline. Pure: entries in, answers out.
 
 Rule 1: a robot that was killed by a fault, or has failed, is dead until it is restarted.
 Rule 2: a robot that the world declares dead (`robot.died`) is dead, unless it was frozen or a partition may
         have cut it off. In those cases its process exists, and a fault can strike it.
+Rule 3: a process is frozen from its freeze to its thaw or its next start. Messages that it sent before may
+        still arrive, so they say nothing of it.
 """
 
 from collections.abc import Iterable
@@ -21,16 +23,21 @@ from protocol.timeline import (
 
 
 class Ended:
-    """The names of the robots without a process."""
+    """The names of the robots without a process; and which processes are frozen."""
 
-    def __init__(self, rules: Iterable[Rule]) -> None:
+    def __init__(self, rules: Iterable[Rule], frozen: Iterable[str] = ()) -> None:
         self._ended: set[str] = set()
-        self._frozen: set[str] = set()
+        self._frozen = set(frozen)
         self._may_be_cut_off = False
         self.expect(rules)
 
     def __contains__(self, process: str) -> bool:
         return process in self._ended
+
+    @property
+    def frozen(self) -> frozenset[str]:
+        """The processes that a fault has frozen and none has thawed."""
+        return frozenset(self._frozen)
 
     def expect(self, rules: Iterable[Rule]) -> None:
         """Take these further rules into account."""
@@ -59,8 +66,10 @@ class Ended:
                     self._ended.add(robot_name(robot))
             case RobotStarted():
                 self._note_alive(source)
-            case RobotRestarted(robot=robot) | RobotReturned(robot=robot):
+            case RobotRestarted(robot=robot):
                 self._note_alive(robot_name(robot))
+            case RobotReturned(robot=robot):
+                self._ended.discard(robot_name(robot))
             case _:
                 pass
 

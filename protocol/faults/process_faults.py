@@ -7,6 +7,7 @@ Rule 2: a robot's own process is the first to know the points of its step. So it
         have struck, and the newest switching step (`catch_up`).
 Rule 3: a process that a rule has killed and not restarted has no role.
 Rule 4: no rule strikes a dead robot, for any cause of death: it waits until the robot is alive (`ended`).
+        Nor does a thaw strike a process that is not frozen.
 """
 
 import heapq
@@ -55,7 +56,8 @@ class ProcessFault:
 class ProcessFaults:
     """The process rules of a plan, and which of them have struck."""
 
-    def __init__(self, plan: Plan, seed: int) -> None:
+    def __init__(self, plan: Plan, seed: int, *, frozen: Iterable[str] = ()) -> None:
+        """The rules of a plan; `frozen` are the processes that others have frozen before."""
         rules = [rule for rule in plan.rules if isinstance(rule, ProcessRule)]
         self._seed = seed
         self._names = {str(rule.name) for rule in rules}
@@ -64,7 +66,7 @@ class ProcessFaults:
         """Whether any rule strikes at a point of a robot's step."""
         self._roles = Roles()
         self._down: set[str] = set()
-        self._ended = Ended(plan.rules)
+        self._ended = Ended(plan.rules, frozen)
         self._later: list[tuple[float, int, ProcessFault]] = []
         self._count = 0  # breaks ties, so that faults due together keep their order
         self._reached: Counter[tuple[str, str]] = Counter()  # by rule and robot
@@ -120,7 +122,7 @@ class ProcessFaults:
             faults.append(fault := heapq.heappop(self._later)[2])
             if fault.action is ProcessAction.START:
                 self._down.discard(fault.process)
-                self._ended.note_action(fault.process, fault.action)
+            self._ended.note_action(fault.process, fault.action)
         for rule in [rule for rule in self._pending.values() if rule.point is None]:
             if rule.holds(now_s, self.step) and (found := self._find(rule)):
                 faults += self._strike(rule, found, now_s)
@@ -156,6 +158,8 @@ class ProcessFaults:
         """The rule's targets; empty while it has to wait for one of them."""
         found = self._roles.find(rule.target, rule.robots)
         waits = any(each in self._down or each in self._ended for each in found) or len(found) < rule.robots
+        if isinstance(rule, Thaw):
+            waits = waits or not self._ended.frozen.issuperset(found)
         return () if waits else found
 
     def _strike(self, rule: ProcessRule, processes: Sequence[str], now_s: float) -> list[ProcessFault]:
@@ -182,6 +186,8 @@ class ProcessFaults:
                     faults.append(ProcessFault(name, ProcessAction.SLOW, process, delay_s))
                     if for_s is not None:
                         self._keep(now_s + for_s, ProcessFault(name, ProcessAction.UNSLOW, process))
+        for fault in faults:
+            self._ended.note_action(fault.process, fault.action)
         return faults
 
     def _keep(self, due_s: float, fault: ProcessFault) -> None:

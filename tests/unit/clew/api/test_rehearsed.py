@@ -87,6 +87,14 @@ def test_a_wait_has_a_limit_in_simulated_time(fleet: Fleet) -> None:
     assert fleet.now_s < 3.0
 
 
+def test_a_thaw_of_a_robot_that_was_never_frozen_has_not_struck(fleet: Fleet) -> None:
+    fleet.inject(faults.thaw(2, from_s=1.0))
+    with fleet:
+        verdict = fleet.finish().verdict
+    assert verdict is not None
+    assert (verdict.unstruck, fleet.run.faults) == (("thaw-1",), [])
+
+
 def test_a_fleet_that_is_left_early_is_stopped_and_judged(fleet: Fleet) -> None:
     with fleet:
         fleet.until("step.planned", step=1)

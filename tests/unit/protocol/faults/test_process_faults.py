@@ -130,6 +130,25 @@ def test_a_process_frozen_without_a_time_is_thawed_only_by_a_rule() -> None:
     assert [said(of.due(at_s)) for at_s in (1.0, 2.0, 3.0)] == [["freeze router"], [], ["thaw router"]]
 
 
+def test_a_thaw_waits_until_its_target_is_frozen() -> None:
+    of = faults(Thaw(target="r2"), Freeze(target="r2", from_s=3.0), Thaw(target="r2"))
+    assert said(of.due(1.0)) == []
+    assert said(of.due(3.0)) == ["freeze r2", "thaw r2"]
+    assert said(of.due(4.0)) == []
+
+
+def test_a_thaw_that_comes_with_the_end_of_a_freeze_has_nothing_to_thaw() -> None:
+    of = faults(Freeze(target="r2", from_s=1.0, for_s=2.0), Thaw(target="r2", from_s=3.0))
+    assert [said(of.due(at_s)) for at_s in (1.0, 3.0, 9.0)] == [["freeze r2"], ["thaw r2"], []]
+
+
+def test_a_frozen_robot_of_which_a_late_message_comes_is_still_to_be_thawed() -> None:
+    of = faults(Freeze(target="r2"), Thaw(target="r2", from_s=3.0))
+    assert said(of.due(1.0)) == ["freeze r2"]
+    tell(of, "world", RobotReturned(robot=2))
+    assert said(of.due(3.0)) == ["thaw r2"]
+
+
 def test_a_restarted_process_has_a_role_only_after_its_new_start() -> None:
     of = faults(Restart(target="tail", from_s=1.0, after_s=2.0), Kill(target="tail", from_s=1.5))
     tell(of, "r1", formed())
