@@ -2,12 +2,15 @@
 
 Rule 1: nobody takes a name of ours, so `certified` is the same law everywhere.
 Rule 2: a law is loaded when it is looked up first, which shells do before a core starts.
+Rule 3: what a law of a package or a file prints goes to stderr: stdout is for the results of our commands,
+        and for what our own processes tell each other.
 """
 
 import re
 import sys
 from collections.abc import Callable
-from functools import partial
+from contextlib import redirect_stdout
+from functools import partial, wraps
 from importlib.metadata import EntryPoint, entry_points
 from inspect import signature
 from typing import Any
@@ -83,11 +86,24 @@ def find(name: str) -> Any:  # noqa: ANN401 - the robots' code knows the type
 def _load(name: str) -> Any:  # noqa: ANN401 - as of `find`
     where, load = _source(name)
     try:
-        law = load()
+        with redirect_stdout(sys.stderr):
+            law = load()
     except (Exception, SystemExit) as error:  # whatever a user's module does when it is imported
         why = f"{type(error).__name__}: {error}"
         raise UsageError(f"the law {name!r} cannot be loaded from {where}: {why}") from error
-    return _called(name, law)
+    law = _called(name, law)
+    return law if name in OURS else _printing_to_stderr(law)
+
+
+def _printing_to_stderr(law: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """The same law by rule 3."""
+
+    @wraps(law, updated=())
+    def asked(seen: Any) -> Any:  # noqa: ANN401 - as of `find`
+        with redirect_stdout(sys.stderr):
+            return law(seen)
+
+    return asked
 
 
 def _source(name: str) -> tuple[str, Callable[[], Any]]:

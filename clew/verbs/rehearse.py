@@ -1,9 +1,7 @@
 """`clew rehearse`: runs a whole fleet in one process, in virtual time."""
 
 import secrets
-import sys
 from collections.abc import Iterable
-from contextlib import redirect_stdout
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -89,13 +87,12 @@ def rehearse(
         make_latest(folder)
     say = _say_nothing if quiet else _say
     said: Iterable[str]
-    with redirect_stdout(sys.stderr):  # a law may print, as in a robot's process; stdout is for the result
-        if shared is None:
-            verdict = rehearse_into(loaded, seed, folder, say, plan)
-            code, said = verdict.exit_code, report(str(folder), timeline.read(folder), verdict)
-        else:
-            together = rehearse_fleets(shared, seed, folder, say, plan)
-            code, said = together.exit_code, report_together(str(folder), together)
+    if shared is None:
+        verdict = rehearse_into(loaded, seed, folder, say, plan)
+        code, said = verdict.exit_code, report(str(folder), timeline.read(folder), verdict)
+    else:
+        together = rehearse_fleets(shared, seed, folder, say, plan)
+        code, said = together.exit_code, report_together(str(folder), together)
     if as_json:
         click.echo((folder / VERDICT_FILE).read_text(encoding="utf-8"), nl=False)
     else:

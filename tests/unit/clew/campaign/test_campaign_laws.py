@@ -42,6 +42,19 @@ def test_episodes_have_the_law_as_it_was_and_are_played_again_when_its_file_has_
     assert "never" in told(here)["episodes"][0]["reason"]
 
 
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_what_a_law_prints_is_no_part_of_the_result(
+    here: Path, capfd: pytest.CaptureFixture[str], jobs: str
+) -> None:
+    (here / "mylaw.py").write_text("print('loaded')\ndef mine(seen):\n    print('here')\n")
+    asked = ("campaign", "one.json", "-n", "1", "--jobs", jobs, "--seeds", "1-2", "--law", "mylaw.py:mine")
+    said = clew(*asked, "--json", "--out", "out")
+    workers = capfd.readouterr()
+    assert json.loads(said.stdout)["episodes"]
+    assert workers.out == ""
+    assert "here\n" in said.stderr + workers.err
+
+
 def test_an_episode_is_played_again_when_the_law_of_its_scenario_has_changed(here: Path) -> None:
     text = (SCENARIOS / "paper.toml").read_text()
     (here / "one.toml").write_text(text.replace('law = "printed"', 'law = "mylaw.py:mine"'))
