@@ -137,6 +137,9 @@ def robot_of(who: int | str, robots: int) -> int:
 
 
 def _of_messages(fault: str, kinds: tuple[str, ...], which: Which, **fields: Any) -> Rule:  # noqa: ANN401 - fields of a rule have any type
+    for each in kinds:
+        if isinstance(each, int | float) and "p" not in which:
+            raise UsageError(f"clew.{fault}: kinds of message come first, got {each}; did you mean p={each}?")
     said: dict[str, Any] = {**which, **fields, "kind": kinds}
     for end in ("sender", "receiver"):
         if end in said:

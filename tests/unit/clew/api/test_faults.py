@@ -61,3 +61,12 @@ def test_a_wrong_field_is_refused_in_one_line() -> None:
             faults.kill(nobody)  # type: ignore[arg-type] # as a user may write it
     with pytest.raises(UsageError, match=r"clew.drop: \$.from\[0\]: must be a string, got 3.0"):
         faults.drop(sender=3.0)  # type: ignore[arg-type] # as a user may write it
+
+
+def test_a_probability_in_the_place_of_a_kind_is_told_its_name() -> None:
+    with pytest.raises(
+        UsageError, match=r"^clew\.drop: kinds of message come first, got 0\.3; did .* p=0\.3\?$"
+    ):
+        faults.drop(0.3)  # type: ignore[arg-type] # as a user may write it
+    with pytest.raises(UsageError, match=r"clew\.drop: \$\.kind\[0\]: must be a string, got 0\.3"):
+        faults.drop(0.3, p=0.5)  # type: ignore[arg-type] # as a user may write it
