@@ -136,7 +136,7 @@ def robot_of(who: int | str, robots: int) -> int:
     return int(number)
 
 
-def _of_messages(fault: str, kinds: tuple[str, ...], which: Which, **fields: Any) -> Rule:  # noqa: ANN401 - fields of a rule have any type
+def _of_messages(fault: str, kinds: tuple[object, ...], which: Which, **fields: Any) -> Rule:  # noqa: ANN401 - fields of a rule have any type
     for each in kinds:
         if isinstance(each, int | float) and "p" not in which:
             raise UsageError(f"clew.{fault}: kinds of message come first, got {each}; did you mean p={each}?")
