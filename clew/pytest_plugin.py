@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 STAGES = REHEARSAL, LIVE = ("rehearsal", "live")
 MARK = "clew"
-OPTIONS = ("scenario", "robots", "seeds", "faults", "speed", "law", "deployment", "must_strike")
+OPTIONS = ("scenario", "robots", "seeds", "faults", "speed", "law", "deployment", "time_s_max", "must_strike")
 OURS = Path(__file__).parent
 SPEED = "max"  # of live fleets: as fast as the robots answer
 _FLEETS = pytest.StashKey[dict[str, "Fleet"]]()
@@ -173,6 +173,7 @@ def _made(
         out=folder,
         law=said.get("law"),
         deployment=said.get("deployment"),
+        time_s_max=said.get("time_s_max"),
     )
     asked = replace(asked, without=without)
     return RehearsedFleet(asked) if stage == REHEARSAL else LaunchedFleet(asked, said.get("speed", SPEED))

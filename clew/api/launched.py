@@ -64,6 +64,7 @@ def launch(
     seed: int = 1,
     law: str | None = None,
     deployment: str | None = None,
+    time_s_max: float | None = None,
     speed: Speed = 1.0,
     faults: Faults = (),
     out: Path | str | None = None,
@@ -85,6 +86,7 @@ def launch(
         seed: likewise.
         law: likewise.
         deployment: likewise.
+        time_s_max: likewise.
         speed: of live fleets, times real time; `max`: as fast as the robots answer.
         faults: likewise.
         out: likewise.
@@ -96,7 +98,14 @@ def launch(
     if stage not in ("live", "rehearsal"):
         raise UsageError(f"stage: must be live or rehearsal, got {stage!r}")
     asked = asked_of(
-        scenario, robots=robots, seed=seed, law=law, deployment=deployment, faults=faults, out=out
+        scenario,
+        robots=robots,
+        seed=seed,
+        law=law,
+        deployment=deployment,
+        time_s_max=time_s_max,
+        faults=faults,
+        out=out,
     )
     return RehearsedFleet(asked) if stage == "rehearsal" else LaunchedFleet(asked, speed)
 

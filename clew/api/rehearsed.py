@@ -36,6 +36,7 @@ def rehearse(
     seed: int = 1,
     law: str | None = None,
     deployment: str | None = None,
+    time_s_max: float | None = None,
     faults: Faults = (),
     out: Path | str | None = None,
 ) -> Run:
@@ -51,6 +52,7 @@ def rehearse(
         seed: decides every random draw.
         law: its name, or `FILE.py:NAME`, instead of the scenario's.
         deployment: `random`, instead of the scenario's places.
+        time_s_max: simulated time after which the run fails, instead of the scenario's.
         faults: rules, as `clew.drop("ahead", p=0.3)`; or a plan: a name in `launch/faults/`, or a file.
         out: the run's folder, new or empty; default: a new one in `runs/`.
 
@@ -58,7 +60,14 @@ def rehearse(
         UsageError: it cannot be rehearsed as asked.
     """
     asked = asked_of(
-        scenario, robots=robots, seed=seed, law=law, deployment=deployment, faults=faults, out=out
+        scenario,
+        robots=robots,
+        seed=seed,
+        law=law,
+        deployment=deployment,
+        time_s_max=time_s_max,
+        faults=faults,
+        out=out,
     )
     with RehearsedFleet(asked) as fleet:
         return fleet.finish()
@@ -73,6 +82,7 @@ def asked_of(
     out: Path | str | None,
     law: str | None = None,
     deployment: str | None = None,
+    time_s_max: float | None = None,
 ) -> Asked:
     """What was asked for, with the run's folder, which is made when the fleet begins.
 
@@ -84,14 +94,22 @@ def asked_of(
     settings = understand({"seed": _integer("seed", seed)}, Settings, "clew")
     robots = None if robots is None else _integer("robots", robots)
     if isinstance(scenario, str | Path):
-        scenario = load(str(scenario), robots=robots, law=law, deployment=deployment, seed=settings.seed)
+        scenario = load(
+            str(scenario),
+            robots=robots,
+            law=law,
+            deployment=deployment,
+            time_s_max=time_s_max,
+            seed=settings.seed,
+        )
     elif not isinstance(scenario, Scenario):
         raise UsageError(f"scenario: must be a name, a file or a scenario, got {scenario!r}")
     elif law is not None or deployment is not None:
         raise UsageError("law and deployment are for scenarios that are given by their names")
-    elif robots is not None:
+    elif robots is not None or time_s_max is not None:
         raw = msgspec.to_builtins(scenario)
-        raw["fleet"]["robots"] = robots
+        raw["fleet"]["robots"] = scenario.fleet.robots if robots is None else robots
+        raw["time"]["time_s_max"] = scenario.time.time_s_max if time_s_max is None else time_s_max
         scenario = understand(raw, Scenario, scenario.name)
     folder = Path(out) if out is not None else _new_folder(scenario)
     return Asked(scenario=scenario, seed=settings.seed, folder=folder, rules=_rules(faults))

@@ -33,6 +33,10 @@ def launched(scenario: object = "grove", **asked: Any) -> object:  # noqa: ANN40
         ({"robots": 0}, r"grove: \$\.fleet\.robots: must be >= 1, got 0 \(robots = 0 instead of 5\)"),
         ({"robots": "3"}, "robots: must be an integer, got '3'"),
         ({"robots": 2.5}, r"robots: must be an integer, got 2\.5"),
+        (
+            {"time_s_max": 0},
+            r"grove: \$\.time\.time_s_max: must be > 0\.0 s, got 0 \(time_s_max = 0 .*\)",
+        ),
         ({"seed": -1}, r"clew: \$\.seed: must be >= 0, got -1"),
         ({"seed": 2**60}, r"clew: \$\.seed: must be <= 9007199254740991, got 1152921504606846976"),
         ({"seed": "x"}, "seed: must be an integer, got 'x'"),

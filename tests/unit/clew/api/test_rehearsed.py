@@ -198,6 +198,16 @@ def test_without_a_folder_the_run_is_the_latest(tmp_path: Path, monkeypatch: pyt
     assert run.folder.parent == tmp_path / "runs"
 
 
+@pytest.mark.parametrize("where", ["grove", load("grove")])
+def test_a_run_has_the_time_that_is_asked_for(tmp_path: Path, where: str | Scenario) -> None:
+    run = rehearse(where, robots=2, time_s_max=2.0, out=tmp_path / "run")
+    assert run.verdict is not None
+    assert run.scenario.time.time_s_max == 2.0
+    assert run.verdict.sim_s == pytest.approx(2.0, abs=0.1)
+    with pytest.raises(UsageError, match=r"\$\.time\.time_s_max: must be > 0\.0 s, got -1"):
+        rehearse(where, time_s_max=-1, out=tmp_path / "refused")
+
+
 def test_a_wrong_stage_speed_or_scenario_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="unknown scenario 'groove'"):
         rehearse("groove")
