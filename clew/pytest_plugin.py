@@ -161,7 +161,7 @@ def _made(
     """The fleet that the marker of a test asks for."""
     from dataclasses import replace  # noqa: PLC0415 - late, by rule 3
 
-    from clew.api.launched import LaunchedFleet  # noqa: PLC0415 - late, by rule 3
+    from clew.api.launched import LaunchedFleet, check_speed  # noqa: PLC0415 - late, by rule 3
     from clew.api.rehearsed import RehearsedFleet, asked_of  # noqa: PLC0415 - late, by rule 3
 
     said = _asked(item)
@@ -175,8 +175,9 @@ def _made(
         deployment=said.get("deployment"),
         time_s_max=said.get("time_s_max"),
     )
-    asked = replace(asked, without=without)
-    return RehearsedFleet(asked) if stage == REHEARSAL else LaunchedFleet(asked, said.get("speed", SPEED))
+    asked, speed = replace(asked, without=without), said.get("speed", SPEED)
+    check_speed(speed)
+    return RehearsedFleet(asked) if stage == REHEARSAL else LaunchedFleet(asked, speed)
 
 
 def _asked(node: pytest.Item) -> dict[str, Any]:

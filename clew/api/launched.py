@@ -97,6 +97,7 @@ def launch(
     """
     if stage not in ("live", "rehearsal"):
         raise UsageError(f"stage: must be live or rehearsal, got {stage!r}")
+    check_speed(speed)
     asked = asked_of(
         scenario,
         robots=robots,
@@ -110,14 +111,23 @@ def launch(
     return RehearsedFleet(asked) if stage == "rehearsal" else LaunchedFleet(asked, speed)
 
 
+def check_speed(speed: Speed) -> None:
+    """Refuse a speed that no live fleet can have, also where a rehearsal has no use for it.
+
+    Raises:
+        UsageError: it is neither `max` nor a number of a possible size.
+    """
+    try:
+        speed_of(str(speed))
+    except UsageError as error:
+        raise UsageError(f"speed: {error}") from error
+
+
 class LaunchedFleet(Fleet):
     """A fleet of real processes."""
 
     def __init__(self, asked: Asked, speed: Speed = 1.0) -> None:
-        try:
-            speed_of(str(speed))
-        except UsageError as error:
-            raise UsageError(f"speed: {error}") from error
+        check_speed(speed)
         laws.check(asked.scenario.law.law, in_processes=True)
         self.speed = speed
         self._launched: Launched | None = None

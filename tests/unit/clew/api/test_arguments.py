@@ -64,6 +64,13 @@ def test_a_stage_that_is_none_is_not_taken_for_live() -> None:
         launched(stage="rehearse")
 
 
+@pytest.mark.parametrize("stage", ["live", "rehearsal"])
+@pytest.mark.parametrize("speed", [-1, 0, "fast", 1e9])
+def test_a_speed_that_no_fleet_has_is_refused_on_both_stages(stage: str, speed: object) -> None:
+    with pytest.raises(clew.UsageError, match=r"^speed: must be max or a number in \(0, 1000\], got "):
+        launched(stage=stage, speed=speed)
+
+
 def test_a_folder_that_is_not_empty_is_refused_without_a_word_of_options(here: Path) -> None:
     (here / "run").mkdir()
     (here / "run" / "file").touch()
