@@ -127,7 +127,6 @@ class LaunchedFleet(Fleet):
     """A fleet of real processes."""
 
     def __init__(self, asked: Asked, speed: Speed = 1.0) -> None:
-        check_speed(speed)
         laws.check(asked.scenario.law.law, in_processes=True)
         self.speed = speed
         self._launched: Launched | None = None

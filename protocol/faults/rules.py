@@ -194,6 +194,8 @@ class Partition(_MessageRule, frozen=True, kw_only=True, tag="partition"):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if both := [each for each in self.others if each in self.group]:
+            raise ValueError(f"others must have no process of the group, got {', '.join(both)} in both")
         if (self.period_s is None) != (self.cut_s is None):
             raise ValueError("period_s and cut_s must be given together")
         if self.period_s is not None and self.cut_s is not None and self.cut_s > self.period_s:

@@ -59,6 +59,10 @@ def test_the_required_plans_are_shipped() -> None:
         ('fault = "delay"\ndelay_s_min = 2.0\ndelay_s_max = 1.0', "$.rule[0]: delay_s_min must be <= "),
         ('fault = "corrupt"\nbits = 0', "$.rule[0]: bits must be >= 1 where nothing is cut off, got 0"),
         ('fault = "partition"\ngroup = ["r1"]\nperiod_s = 1.0', "$.rule[0]: period_s and cut_s must be "),
+        (
+            'fault = "partition"\ngroup = ["r1", "r2"]\nothers = ["r2", "r3"]',
+            "$.rule[0]: others must have no process of the group, got r2 in both",
+        ),
         ('fault = "kill"\ntarget = "world"\npoint = "after_scan"', "$.rule[0]: target must be a robot "),
         (
             'fault = "slow"\ntarget = "r1"\ndelay_s = 0.1\npoint = "mid_drive"',
