@@ -23,7 +23,7 @@ from clew.api.faults import When, Who
 from clew.api.run import Run
 from clew.log.timeline import Choice, unknown_kinds
 from protocol.errors import ClewError, UsageError
-from protocol.faults.fit import check_fits
+from protocol.faults.fit import misfits
 from protocol.faults.plan import Plan
 from protocol.faults.rules import MessageRule, ProcessRule, Rule
 from protocol.keys import robot_name
@@ -238,9 +238,9 @@ class Fleet(ABC):
         if not self.has_begun:
             # Without others it has the same name, and so the same random draws.
             rule = rule if rule.name is not None else replace(rule, name=f"{rule.fault}-{self._count}")
-            plan = Plan(name=PLAN, rules=(*self._planned, rule))
-            check_fits(plan, robots=self.asked.scenario.fleet.robots)
-            self._planned.append(rule)
+            for misfit in misfits(rule, robots=self.asked.scenario.fleet.robots):
+                raise UsageError(f"clew.{rule.fault}: ${misfit}")
+            self._planned = list(Plan(name=PLAN, rules=(*self._planned, rule)).rules)
             return Given(self, str(rule.name))
         if self.is_over:
             raise UsageError(f"{rule.fault}: the run is over")

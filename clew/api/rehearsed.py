@@ -16,6 +16,7 @@ from clew.rehearsal.processes import check_rehearsable
 from clew.rehearsal.recorded import Recorded
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
+from protocol.faults.fit import check_fits
 from protocol.faults.plan import Plan
 from protocol.faults.plan import load as load_plan
 from protocol.faults.rules import Rule
@@ -112,12 +113,14 @@ def asked_of(
         raw["time"]["time_s_max"] = scenario.time.time_s_max if time_s_max is None else time_s_max
         scenario = understand(raw, Scenario, scenario.name)
     folder = Path(out) if out is not None else _new_folder(scenario)
-    return Asked(scenario=scenario, seed=settings.seed, folder=folder, rules=_rules(faults))
+    return Asked(scenario=scenario, seed=settings.seed, folder=folder, rules=_rules(faults, scenario))
 
 
-def _rules(faults: object) -> tuple[Rule, ...]:
+def _rules(faults: object, scenario: Scenario) -> tuple[Rule, ...]:
     if isinstance(faults, str | Path):
-        return load_plan(str(faults)).rules
+        plan = load_plan(str(faults))
+        check_fits(plan, robots=scenario.fleet.robots, source=str(faults))
+        return plan.rules
     given = tuple(faults) if isinstance(faults, Iterable) else (faults,)
     for each in given:
         if not isinstance(each, Rule):
@@ -166,7 +169,7 @@ class RehearsedFleet(Fleet):
 
     def _start(self, plan: Plan) -> None:
         asked, folder = self.asked, self.asked.folder
-        check_rehearsable(plan, asked.scenario.mission())
+        check_rehearsable(plan, asked.scenario.mission(), "faults")
         make_folder(folder)
         if folder.parent == RUNS:
             make_latest(folder)
@@ -203,7 +206,7 @@ class RehearsedFleet(Fleet):
         self._heard = len(rehearsal.entries)
         name, rules = self._faults.resolve(rule, now_s=self.now_s, for_s=None)
         plan = replace(rehearsal.plan, rules=(*rehearsal.plan.rules, *rules))
-        check_rehearsable(plan, self.asked.scenario.mission())
+        check_rehearsable(plan, self.asked.scenario.mission(), "faults")
         rehearsal.turn_to(plan)
         return name, rules
 

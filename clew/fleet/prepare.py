@@ -150,7 +150,7 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
     plan = NO_FAULTS if request.faults is None else load_plan(request.faults)
     for each in fleets.values():
         laws.find(each.law.law)  # before anything starts: each robot would refuse the mission
-        check_fits(plan, robots=each.mission().robots)
+        check_fits(plan, robots=each.mission().robots, source=request.faults)
     if several:
         _check_several(request, plan)
     now, token = datetime.now(UTC), secrets.token_hex(2)

@@ -132,16 +132,22 @@ class Processes:
         return incarnation
 
 
-def check_rehearsable(plan: Plan, mission: Mission) -> None:
+def check_rehearsable(plan: Plan, mission: Mission, source: str | None = None) -> None:
     """Refuse a plan that does not fit the fleet or needs a live run, and a law that is not here.
+
+    Args:
+        plan: the plan.
+        mission: the fleet's.
+        source: names the plan in error messages, as its user did.
 
     Raises:
         UsageError: the message names the rule, or the law.
     """
     find(mission.law)
-    check_fits(plan, robots=mission.robots)
+    check_fits(plan, robots=mission.robots, source=source)
     for rule in plan.rules:
         if isinstance(rule, Slow) and rule.target == WORLD:
             raise UsageError(
-                f"fault plan {plan.name}: {rule.name} slows the world, which only a live run can do"
+                f"{source or f'fault plan {plan.name}'}: {rule.name} slows the world, which only a live run "
+                "can do"
             )

@@ -80,7 +80,7 @@ def rehearse(
         )
         shared, name, missions = None, loaded.name, [loaded.mission()]
     for mission in missions:
-        check_rehearsable(plan, mission)
+        check_rehearsable(plan, mission, faults)
     folder = out or RUNS / folder_name(datetime.now(UTC), name, secrets.token_hex(2))
     make_folder(folder)
     if out is None:

@@ -30,15 +30,20 @@ WAYS: dict[MessageKind, tuple[str, str]] = {
 """The sender and the receiver of each kind of message."""
 
 
-def check_fits(plan: Plan, *, robots: int) -> None:
+def check_fits(plan: Plan, *, robots: int, source: str | None = None) -> None:
     """Refuse a plan that names robots that the fleet does not have, or messages that are never sent there.
+
+    Args:
+        plan: the plan.
+        robots: how many robots the fleet has.
+        source: names the plan in error messages, as its user did.
 
     Raises:
         UsageError: in one line: the plan, the path of the field, its bound, and its value.
     """
     for place, rule in enumerate(plan.rules):
         for misfit in misfits(rule, robots=robots):
-            raise UsageError(f"fault plan {plan.name}: $.rule[{place}]{misfit}")
+            raise UsageError(f"{source or f'fault plan {plan.name}'}: $.rule[{place}]{misfit}")
 
 
 def misfits(rule: Rule, *, robots: int) -> Iterator[str]:

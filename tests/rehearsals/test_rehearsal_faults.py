@@ -284,7 +284,7 @@ def test_a_plan_that_cannot_be_rehearsed_is_refused_and_leaves_no_folder(tmp_pat
     plan.write_text('name = "far"\n[[rule]]\nfault = "kill"\ntarget = "r9"\n', encoding="utf-8")
     said = clew("rehearse", path, "--faults", plan, "--out", tmp_path / "run")
     assert (said.exit_code, said.stdout) == (2, "")
-    assert "$.rule[0].target: must be a robot of the fleet, r1 to r5, got r9" in said.stderr
+    assert said.stderr == f"Error: {plan}: $.rule[0].target: must be a robot of the fleet, r1 to r5, got r9\n"
     assert not (tmp_path / "run").exists()
 
 

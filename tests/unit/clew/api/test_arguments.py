@@ -46,6 +46,14 @@ def launched(scenario: object = "grove", **asked: Any) -> object:  # noqa: ANN40
         ({"deployment": "randm"}, r"grove: .*did you mean 'random'\? \(deployment = randm\)"),
         ({"faults": "leader-kiled"}, r"unknown fault plan 'leader-kiled': .*did you mean 'leader-killed'\?"),
         ({"faults": Path("none.toml")}, r"none\.toml: cannot be read: No such file or directory"),
+        (
+            {"faults": [clew.kill(9)]},
+            r"clew\.kill: \$\.target: must be a robot of the fleet, r1 to r5, got r9",
+        ),
+        (
+            {"faults": "one-way", "robots": 3},
+            r"one-way: \$\.rule\[0\]\.group\[1\]: must be a robot .*, got r4",
+        ),
         ({"faults": [3]}, r"faults: must be a plan, or a list of rules such as .*, got \[3\]"),
         ({"faults": None}, "faults: must be a plan, or a list of rules .*, got None"),
         ({"scenario": 3}, "scenario: must be a name, a file or a scenario, got 3"),

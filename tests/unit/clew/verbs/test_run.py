@@ -73,7 +73,7 @@ def test_help_goes_to_stdout_and_names_every_option(
         (["--out", "new/" + "x" * 300], "File name too long"),  # after `new` was made
         (
             ["--faults", "one-way", "-n", "3"],
-            "$.rule[0].group[1]: must be a robot of the fleet, r1 to r3, got r4",
+            "Error: one-way: $.rule[0].group[1]: must be a robot of the fleet, r1 to r3, got r4",
         ),
         (["--listen", "nonsense"], "nonsense"),
         (["--listen", "unixsock-stream//tmp/" + "x" * 120], "107 bytes"),
