@@ -240,7 +240,9 @@ class Fleet(ABC):
             rule = rule if rule.name is not None else replace(rule, name=f"{rule.fault}-{self._count}")
             for misfit in misfits(rule, robots=self.asked.scenario.fleet.robots):
                 raise UsageError(f"clew.{rule.fault}: ${misfit}")
-            self._planned = list(Plan(name=PLAN, rules=(*self._planned, rule)).rules)
+            if any(each.name == rule.name for each in self._planned):
+                raise UsageError(f"clew.{rule.fault}: $.name: must be of one rule, got {rule.name} twice")
+            self._planned.append(rule)
             return Given(self, str(rule.name))
         if self.is_over:
             raise UsageError(f"{rule.fault}: the run is over")

@@ -54,6 +54,7 @@ def launched(scenario: object = "grove", **asked: Any) -> object:  # noqa: ANN40
             {"faults": "one-way", "robots": 3},
             r"one-way: \$\.rule\[0\]\.group\[1\]: must be a robot .*, got r4",
         ),
+        ({"faults": [clew.drop(name="a"), clew.kill(1, name="a")]}, r"clew\.kill: \$\.name: .*, got a twice"),
         ({"faults": [3]}, r"faults: must be a plan, or a list of rules such as .*, got \[3\]"),
         ({"faults": None}, "faults: must be a plan, or a list of rules .*, got None"),
         ({"scenario": 3}, "scenario: must be a name, a file or a scenario, got 3"),
