@@ -61,24 +61,34 @@ def shipped() -> dict[str, Path]:
     return {kept.stem: kept for kept in sorted(PLANS.glob("*.toml"))}
 
 
+def is_plan(said: dict[str, Any]) -> bool:
+    """Whether this is the content of a fault plan, right or wrong, and of no scenario."""
+    return "rule" in said and "fleet" not in said
+
+
 def load(name_or_path: str) -> Plan:
     """Load the plan with that name in launch/faults, or from that .toml file; `none` is one without faults.
 
     Raises:
-        UsageError: the file is wrong; one line names the file, the field, its bound and its value.
+        UsageError: it is a scenario, or wrong: one line names the file, the field, its bound and its value.
     """
     path = Path(name_or_path)
     if name_or_path == NO_FAULTS.name:
         return NO_FAULTS
     if path.suffix != ".toml":
         known = shipped()
+        if name_or_path in {kept.stem for kept in (LAUNCH / "scenarios").rglob("*.toml")}:
+            raise UsageError(f"{name_or_path!r} is a scenario, not a fault plan")
         if name_or_path not in known:
             raise UsageError(
                 f"unknown fault plan {name_or_path!r}: must be one of {', '.join(known)}, or a .toml file"
                 f"{did_you_mean(name_or_path, known)}"
             )
         path = known[name_or_path]
-    return understand(read(path, name_or_path), Plan, name_or_path)
+    said = read(path, name_or_path)
+    if "fleet" in said:
+        raise UsageError(f"{name_or_path!r} is a scenario, not a fault plan")
+    return understand(said, Plan, name_or_path)
 
 
 def schema() -> dict[str, Any]:

@@ -18,7 +18,7 @@ from msgspec import Meta, Struct, ValidationError, convert, field, to_builtins
 
 from protocol.arrays import Floats
 from protocol.errors import UsageError
-from protocol.files.reading import read, understand
+from protocol.files.reading import understand
 from protocol.frames import FLEETS_MAX, ROBOTS_MAX, Speed
 from protocol.mission import Bounds
 from protocol.run_settings import SEED_MAX
@@ -26,7 +26,7 @@ from world.chance import stream
 from world.geometry.moving import Moving, top_speed_mps
 from world.geometry.shapes import Circle, Shape
 from world.scenario.budget import sure_range_m
-from world.scenario.reading import find, name_law
+from world.scenario.reading import name_law, read_found
 from world.scenario.scenario import Scenario
 from world.scenario.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
 
@@ -171,8 +171,8 @@ def has_several(name_or_path: str) -> bool:
     Raises:
         UsageError: it cannot be read.
     """
-    path = find(name_or_path)
-    return path.suffix != ".json" and isinstance(read(path, name_or_path).get("fleet"), list)
+    path, said = read_found(name_or_path)
+    return path.suffix != ".json" and isinstance(said.get("fleet"), list)
 
 
 def load_fleets(
@@ -193,8 +193,7 @@ def load_fleets(
     Raises:
         UsageError: it is invalid; one line says why.
     """
-    path = find(name_or_path)
-    raw = read(path, name_or_path)
+    path, raw = read_found(name_or_path)
     for section, key, value in (("law", "law", law), ("time", "time_s_max", time_s_max)):
         _put(raw.get(section), key, value)
     for each in raw.get("fleet", ()):

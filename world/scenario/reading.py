@@ -7,6 +7,7 @@ from protocol import laws
 from protocol.errors import UsageError
 from protocol.faults import plan
 from protocol.files.names import did_you_mean
+from protocol.files.reading import read
 from protocol.law_files import named
 from protocol.root import LAUNCH
 
@@ -33,6 +34,19 @@ def find(name_or_path: str) -> Path:
         f"unknown scenario {name_or_path!r}: must be one of {', '.join(known)}, or a .toml or .json file"
         f"{did_you_mean(name_or_path, known)}"
     )
+
+
+def read_found(name_or_path: str) -> tuple[Path, dict[str, Any]]:
+    """The file of a scenario or a scene, and its content, unchecked.
+
+    Raises:
+        UsageError: there is none, it cannot be read, or it is a fault plan.
+    """
+    path = find(name_or_path)
+    said = read(path, name_or_path)
+    if plan.is_plan(said):
+        raise UsageError(f"{name_or_path!r} is a fault plan, not a scenario: --faults {name_or_path}")
+    return path, said
 
 
 def law_in(raw: dict[str, Any]) -> str | None:

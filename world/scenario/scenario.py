@@ -13,7 +13,7 @@ import msgspec
 from msgspec import Meta, Struct, field
 
 from protocol.errors import UsageError
-from protocol.files.reading import read, understand
+from protocol.files.reading import understand
 from protocol.frames import Length, Point, Speed
 from protocol.mission import Bounds, Mission
 from protocol.wire.messages import RAYS_MAX
@@ -24,7 +24,7 @@ from world.scenario import checks, scene
 from world.scenario.budget import NOISE_SIGMAS, Budget, budget, revolutions, sure_range_m
 from world.scenario.corners import sharpest_corner_rad
 from world.scenario.deployment import deployed, is_undeployed
-from world.scenario.reading import find, name_law
+from world.scenario.reading import name_law, read_found
 from world.scenario.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
 
 Positions = Annotated[int, Meta(ge=1, le=2**53)]  # 2**53: JSON readers keep integers exact up to here
@@ -215,8 +215,7 @@ def load(
     Raises:
         UsageError: the scenario is invalid; one line says why.
     """
-    path = find(name_or_path)
-    said = read(path, name_or_path)
+    path, said = read_found(name_or_path)
     raw = scene.as_scenario(said, name_or_path) if path.suffix == ".json" else said
     if isinstance(raw.get("fleet"), list):
         raise UsageError(f"{name_or_path}: has several fleets; only `clew run` and `clew rehearse` take them")

@@ -9,11 +9,14 @@ import pytest
 from protocol.errors import UsageError
 from protocol.faults.fit import WAYS, check_fits
 from protocol.faults.message_faults import LEFT_ALONE
-from protocol.faults.plan import Plan, load, uniform
+from protocol.faults.plan import PLANS, Plan, load, uniform
 from protocol.faults.rules import Drop, Kill, MessageKind, Partition, Rule
+from protocol.root import ROOT
 from protocol.wire.messages import Message
 from tests.support.faults import SHIPPED
+from world.scenario.fleets import has_several
 from world.scenario.reading import find
+from world.scenario.scenario import load as load_scenario
 
 
 def refusal(tmp_path: Path, rule: str, head: str = 'name = "bad"\n') -> str:
@@ -128,6 +131,19 @@ def test_none_is_a_plan_without_faults() -> None:
 def test_a_plan_that_is_given_as_a_scenario_is_named_as_that() -> None:
     with pytest.raises(UsageError, match=r"'loss-50' is a fault plan, not a scenario: --faults loss-50"):
         find("loss-50")
+    plan = PLANS / "loss-50.toml"
+    for of in (load_scenario, has_several):
+        with pytest.raises(UsageError, match=rf"^'{plan}' is a fault plan, not a scenario: --faults {plan}$"):
+            of(str(plan))
+
+
+@pytest.mark.parametrize("name", ["grove", "crossing", "launch/scenarios/grove.toml"])
+def test_a_scenario_that_is_given_as_a_plan_is_named_as_that(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(ROOT)
+    with pytest.raises(UsageError, match=f"^'{name}' is a scenario, not a fault plan$"):
+        load(name)
 
 
 @pytest.mark.parametrize(
