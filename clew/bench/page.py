@@ -12,6 +12,7 @@ the files in [docs/performance](performance), which `clew bench ... --json` made
 A figure is the median of its repeats, with the first and third quartile in brackets. A ratio is the figure
 divided by its baseline, repeat by repeat. A figure is true of its commit and its machine only.
 """
+TIMES = ("s", "ms", "us")
 ROWS = ("| figure | unit | measured | baseline | ratio | aim | |", "|---|---|---|---|---|---|---|")
 
 
@@ -20,19 +21,18 @@ def page(results: Sequence[Result]) -> str:
     return "\n".join([HEAD, *_misses(results), *(line for each in results for line in _section(each))])
 
 
-def said(spread: Spread) -> str:
-    """A spread in words: median, and quartiles where there are several repeats."""
-    if spread.repeats == 1:
-        return said_number(spread.median)
-    return (
-        f"{said_number(spread.median)} ({said_number(spread.quartile)} to {said_number(spread.quartile_3)})"
+def said(spread: Spread, unit: str) -> str:
+    """A spread in words: median, and quartiles of several repeats; the unit says what none means."""
+    median, *quartiles = (
+        said_number(value, unit) for value in (spread.median, spread.quartile, spread.quartile_3)
     )
+    return median if spread.repeats == 1 else f"{median} ({' to '.join(quartiles)})"
 
 
-def said_number(value: float | None) -> str:
-    """A number with three digits that count; None: never."""
+def said_number(value: float | None, unit: str) -> str:
+    """A number with three digits that count. A time that is none never came; all else was not measured."""
     if value is None:
-        return "never"
+        return "never" if unit in TIMES else "not measured"
     return f"{value:,.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
 
 
@@ -68,9 +68,10 @@ def _misses(results: Sequence[Result]) -> list[str]:
 
 def _reached(figure: Figure) -> str:
     """What the aim is compared with."""
-    ratios = {each.name: said(each.ratio) for each in figure.baselines}
+    ratios = {each.name: said(each.ratio, figure.unit) for each in figure.baselines}
     aimed = figure.aim.of if figure.aim is not None else ""
-    return ratios.get(aimed, f"{said(figure.measured)} {figure.unit}".rstrip())
+    unit = "" if figure.measured.median is None else figure.unit
+    return ratios.get(aimed, f"{said(figure.measured, figure.unit)} {unit}".rstrip())
 
 
 def _section(result: Result) -> list[str]:
@@ -95,11 +96,14 @@ def _section(result: Result) -> list[str]:
 
 def _rows(figure: Figure) -> list[str]:
     """A row for the figure, and one more for each further baseline."""
-    named = [(f"{each.name}: {said(each.measured)}", said(each.ratio)) for each in figure.baselines]
+    unit = figure.unit
+    named = [
+        (f"{each.name}: {said(each.measured, unit)}", said(each.ratio, unit)) for each in figure.baselines
+    ]
     compared = named or [("", "")]
     aim = (said_aim(figure.aim), said_met(figure))
     cells = [
-        (figure.name, figure.unit, said(figure.measured), *compared[0], *aim),
+        (figure.name, unit, said(figure.measured, unit), *compared[0], *aim),
         *(("", "", "", *more, "", "") for more in compared[1:]),
     ]
     return [f"| {' | '.join(each)} |".replace("|  |", "| |").replace("|  |", "| |") for each in cells]

@@ -17,7 +17,10 @@ from clew.percentiles import percentile
 
 
 class Spread(Struct, frozen=True, kw_only=True):
-    """What all repeats measured; quartiles are nearest rank. None: infinite, that is, it never came."""
+    """What all repeats measured; quartiles are nearest rank.
+
+    None is infinite: a time that never came, or another figure that was not measured.
+    """
 
     repeats: int
     least: float | None

@@ -62,10 +62,13 @@ def print_figures(title: str, figures: "Sequence[Figure]") -> None:
     for column in ("figure", "unit", "median (quartiles)", "baseline", "ratio", "aim", ""):
         table.add_column(column, justify="left" if column in ("figure", "baseline") else "right")
     for each in figures:
-        rows = [(f"{base.name}: {said(base.measured)}", said(base.ratio)) for base in each.baselines]
+        unit = each.unit
+        rows = [
+            (f"{base.name}: {said(base.measured, unit)}", said(base.ratio, unit)) for base in each.baselines
+        ]
         first, *more = rows or [("", "")]
         met = said_met(each).replace("*", "")
-        table.add_row(each.name, each.unit, said(each.measured), *first, said_aim(each.aim), met)
+        table.add_row(each.name, unit, said(each.measured, unit), *first, said_aim(each.aim), met)
         for row in more:
             table.add_row("", "", "", *row, "", "")
     console().print(table)

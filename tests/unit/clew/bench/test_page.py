@@ -1,5 +1,6 @@
 """The page of figures: the missed aims first, then every result."""
 
+import math
 from pathlib import Path
 
 import msgspec
@@ -40,6 +41,15 @@ def test_a_missed_aim_stands_before_all_results_with_what_was_reached() -> None:
 
 def test_each_further_baseline_has_a_row() -> None:
     assert "| callback: 70 (70 to 70) | 2 (1.86 to 2.14) |" in page([HOP])
+
+
+def test_a_time_that_is_missing_never_came_and_another_figure_was_not_measured() -> None:
+    late = figure("formed", "s", [math.inf], aim=Aim(at_most=20.0))
+    memory = figure("memory", "MB", [math.inf], aim=Aim(at_most=5.0))
+    before, after = page([replace(HOP, figures=(late, memory))]).split("## `clew bench hop`")
+    assert "| `hop` | formed | never | at most 20 |" in before
+    assert "| `hop` | memory | not measured | at most 5 |" in before
+    assert "| memory | MB | not measured |" in after
 
 
 def test_the_page_says_machine_versions_command_and_load() -> None:
