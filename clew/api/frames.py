@@ -8,6 +8,7 @@ from typing import Any
 
 import msgspec
 
+from clew.api.waits import waits_of
 from clew.export.columns import Plain
 from clew.export.columns import columns_of as typed_columns
 from clew.export.tables import TYPES
@@ -58,6 +59,7 @@ def columns_of(name: str, lines: Sequence[Line], messages: Callable[[], Iterable
         "messages": lambda: _messages(messages()),
         "faults": lambda: _of_kind(FaultInjected, lines),
         "states": lambda: _states(lines),
+        "waits": lambda: _waits(lines),
         "entries": lambda: _entries(lines),
     }
     if name not in makers:
@@ -122,6 +124,22 @@ def _states(lines: Iterable[Line]) -> Columns:
         "robot": [change.robot for change in changes],
         "state": [change.state.word for change in changes],
     }
+
+
+def _waits(lines: Iterable[Line]) -> Columns:
+    names = ("robot", "whom", "why", "from_s", "to_s", "wait_s")
+    rows = [
+        {
+            "robot": wait.robot,
+            "whom": wait.whom,
+            "why": wait.why,
+            "from_s": wait.from_s,
+            "to_s": wait.to_s,
+            "wait_s": None if wait.to_s is None else wait.to_s - wait.from_s,
+        }
+        for wait in waits_of(lines)
+    ]
+    return _by_name(names, rows)
 
 
 def _entries(lines: Sequence[Line]) -> Columns:

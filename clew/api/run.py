@@ -162,7 +162,7 @@ class Run:
         return moment_of(self._reading.lines, t_s)
 
     def frame(self, name: str, *, to: str | None = None) -> Any:  # noqa: ANN401 - of a library that may be absent
-        """A table: `poses`, `steps`, `messages`, `faults`, `states`, `entries`, or a kind of entry.
+        """A table: `poses`, `steps`, `messages`, `faults`, `states`, `waits`, `entries`, or a kind of entry.
 
         Args:
             name: the table.

@@ -11,7 +11,7 @@ from clew.export.tables import TYPES
 from protocol.errors import UsageError
 from tests.support.runs import Runs
 
-NAMED = ("poses", "steps", "messages", "faults", "states", "entries")
+NAMED = ("poses", "steps", "messages", "faults", "states", "waits", "entries")
 
 
 @pytest.fixture
