@@ -2,8 +2,8 @@
 
 Rule 1: within one tick a body turns on the spot, drives straight, or stands. So the motion of a tick is a
         segment, and its angle or length is exact.
-Rule 2: a body drives at the ordered speed, v_min < v < v_max, equation (1). Only the last tick of a drive is
-        shorter.
+Rule 2: a body drives at the ordered speed, v_min < v <= speed_mps < v_max, equation (1). Only the last tick
+        of a drive is shorter.
 Rule 3: an order is accepted once, by its number; older or equal numbers change nothing.
 Rule 4: a body drives its course straight to the end and stands. With drive error the course misses the target
         by at most `heading_error_rad` times the length; the order is finished nevertheless.
@@ -116,10 +116,10 @@ class Body:
                 f"order {drive.number} is void: it bears {_told(drive.bearing)}, and the fence is "
                 f"{_told(fence)}, where {_who(fence)} may move"
             )
-        low_mps, high_mps = self._limits.speed_mps_min, self._limits.speed_mps_max
-        if drive.target is not None and not low_mps < drive.speed_mps < high_mps:
+        low_mps, high_mps = self._limits.speed_mps_min, self._limits.speed_mps
+        if drive.target is not None and not low_mps < drive.speed_mps <= high_mps:
             raise MessageRefusedError(
-                f"order {drive.number}: speed must be in ({low_mps}, {high_mps}) m/s, got {drive.speed_mps}"
+                f"order {drive.number}: speed must be in ({low_mps}, {high_mps}] m/s, got {drive.speed_mps}"
             )
         until_s = math.inf if drive.until_s is None else drive.until_s
         self.basis_s, self._until_s = drive.basis_s, until_s

@@ -100,11 +100,11 @@ class SensorSection(_Section, frozen=True, kw_only=True):
 class DriveSection(_Section, frozen=True, kw_only=True):
     """The speeds and errors of the drives; equation (1) of the paper requires v_min < v < v_max."""
 
-    speed_mps: Annotated[SomeSpeed, Meta(description="m/s, speed of the robots; v")]
+    speed_mps: Annotated[SomeSpeed, Meta(description="m/s, speed of the robots; v; bodies refuse more")]
     speed_mps_min: Annotated[
         float, Meta(ge=0.0, le=100.0, description="m/s, bodies refuse this speed and below; v_min")
     ]
-    speed_mps_max: Annotated[SomeSpeed, Meta(description="m/s, bodies refuse this speed and above; v_max")]
+    speed_mps_max: Annotated[SomeSpeed, Meta(description="m/s, of the drives; speed_mps is below it; v_max")]
     turn_rate_radps: Annotated[float, Meta(gt=0.0, le=100.0, description="rad/s, turn rate on the spot")]
     heading_error_rad: Annotated[
         float, Meta(ge=0.0, le=0.1, description="rad, largest error of a body's heading")

@@ -22,7 +22,7 @@ HOME = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
 
 places = st.builds(lambda x_m, y_m: Point(x_m=x_m, y_m=y_m), st.floats(-2, 2), st.floats(-2, 2))
 headings = st.floats(-3.1, 3.1)
-speeds = st.floats(0.2, 0.99)
+speeds = st.floats(0.2, 0.5)
 quietly = settings(deadline=None, max_examples=40)  # the machine may be busy; a case is 100s of ticks
 
 
@@ -216,7 +216,7 @@ def test_an_order_without_a_target_stops_the_body_and_is_finished_at_once() -> N
         (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=5.1), "void"),
         (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=5.0, bears=bearing(TURN)), "bears .* turn 3"),
         (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=5.0, speed_mps=0.05), "speed"),
-        (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=5.0, speed_mps=1.0), "speed"),
+        (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=5.0, speed_mps=0.51), "speed must be in"),
     ],
 )
 def test_void_orders_change_nothing_and_do_not_keep_the_body_awake(drive: Drive, why: str) -> None:
