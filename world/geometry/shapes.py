@@ -74,7 +74,9 @@ class Polygon(_Shape, frozen=True, kw_only=True, tag="polygon"):
 
     def __post_init__(self) -> None:
         if not rings.is_simple(self.ring_m):
-            raise ValueError("vertices_m must make a simple ring, no corner twice, got one that meets itself")
+            x_m, y_m = self.vertices_m[0]
+            got = f"one from ({x_m:.6g}, {y_m:.6g}) that meets itself"
+            raise ValueError(f"vertices_m must make a simple ring, no corner twice, got {got}")
 
     @property
     def ring_m(self) -> Floats:

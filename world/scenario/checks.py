@@ -13,7 +13,7 @@ from protocol.mission import DRIVE_SHARE, Bounds, Mission
 from world.geometry.clearance import distances
 from world.geometry.movers import Movers
 from world.geometry.moving import Moving
-from world.geometry.shapes import Ground, ground_of
+from world.geometry.shapes import Ground, Polygon, Shape, ground_of
 from world.scenario.budget import Budget
 from world.scenario.sections import DriveSection, Fleet, Goal, LawSection, SensorSection
 
@@ -222,9 +222,15 @@ def near_path(section: Fleet, poses: Sequence[Pose], mission: Mission, budget: B
 
 
 def clear_of(
-    ground: Ground, section: Fleet, poses: Sequence[Pose], goal: Goal | None, standoff_m: float
+    shapes: Sequence[Shape],
+    ground: Ground,
+    section: Fleet,
+    poses: Sequence[Pose],
+    goal: Goal | None,
+    *,
+    standoff_m: float,
 ) -> None:
-    """No place or goal is in an obstacle, or nearer to one than `standoff_m`.
+    """No place or goal is in an obstacle, or nearer to one than `standoff_m`; `ground` has all shapes packed.
 
     A goal may be nearer by its tolerance, since the leader may stop that much before it.
     """
@@ -237,6 +243,7 @@ def clear_of(
         if apart_m[nearest] < standoff_m - spare_m - ROUNDING_M or apart_m[nearest] == 0.0:
             how_near = "inside it" if apart_m[nearest] == 0.0 else f"{apart_m[nearest]:.6g} m"
             rule = f">= {max(standoff_m - spare_m, 0.0):g} m away from $.obstacle[{nearest}]"
+            rule += f" ({_found(shapes[nearest])})"
             _refuse(path, rule, f"{how_near} at {_at(place)}")
 
 
@@ -258,6 +265,15 @@ def _stands(section: Fleet, poses: Sequence[Pose], goal: Goal | None) -> list[tu
         for k, pose in enumerate(poses)
     ]
     return stands if goal is None else [*stands, (GOAL, Point(x_m=goal.at_m[0], y_m=goal.at_m[1]))]
+
+
+def _found(shape: Shape) -> str:
+    """How to find a shape in a file that has hundreds."""
+    if isinstance(shape, Polygon):
+        x_m, y_m = shape.vertices_m[0]
+        return f"the polygon from ({x_m:.6g}, {y_m:.6g})"
+    x_m, y_m = shape.centre_m
+    return f"the {type(shape).__name__.lower()} at ({x_m:.6g}, {y_m:.6g})"
 
 
 def _at(place: Pose | Point) -> str:

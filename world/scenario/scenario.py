@@ -90,7 +90,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
         checks.room_for_path(self.bounds, mission)
         checks.near_path(self.fleet, poses, mission, self.error_budget)
         standoff_m = max(self.closest_m, mission.moves_off_m) if mission.promises_clearance else radius_m
-        checks.clear_of(self.ground, self.fleet, poses, self.goal, standoff_m)
+        checks.clear_of(self.obstacles, self.ground, self.fleet, poses, self.goal, standoff_m=standoff_m)
         checks.untouched(self.movers, self.fleet, poses)
 
     @cached_property

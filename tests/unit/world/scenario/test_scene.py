@@ -131,7 +131,7 @@ def test_the_range_of_a_large_robot_scales_with_its_radius(tmp_path: Path) -> No
         ),
         (
             {"polygons": [[[0, 0], [1, 1], [1, 0], [0, 1]]]},
-            "$.polygons[0]: vertices_m must make a simple ring",
+            "$.polygons[0]: vertices_m must make a simple ring, no corner twice, got one from (0, 0) that ",
         ),
         ({"moving": [{"id": 1}]}, "$.moving[0]: must have the field radius, got id"),
         (
@@ -142,8 +142,8 @@ def test_the_range_of_a_large_robot_scales_with_its_radius(tmp_path: Path) -> No
             {"moving": [{"id": 1, "radius": 0.2, "track": [[0, -1.7, 0], [9, 2, 1]]}]},
             "$.start, place of robot 1: must be > robot_radius_m = 0.12 m away from $.moving[0] at t = 0 s",
         ),
-        ({"goal": [0.0, 0.0]}, "$.goal: must be >= 0 m away from $.circles[0], got inside it"),
-        ({"goal": [0.0, -1.82]}, "$.goal: must be >= 0 m away from $.walls[0], got inside it"),
+        ({"goal": [0.0, 0.0]}, "$.goal: must be >= 0 m away from $.circles[0] (the circle at (0, 0)), got"),
+        ({"goal": [0.0, -1.82]}, "$.goal: must be >= 0 m away from $.walls[0] (the polygon from (-4, -2)), "),
         ({"bounds": [4.0, -2.0, -4.0, 2.0]}, "$.bounds[0]: must be < x_m_max = -4 m, got 4"),
         (
             {"start": [-99.0, 0.0, 0.0]},
