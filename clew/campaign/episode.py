@@ -19,6 +19,7 @@ from types import FrameType
 from msgspec import Struct
 from msgspec.structs import replace
 
+from agents.navigation.law import asked
 from clew.campaign.liveness import liveness_failure
 from clew.campaign.scenes import solvable
 from clew.campaign.second import second_opinion
@@ -29,6 +30,7 @@ from clew.swarm.futures import draw_future, read_branches
 from clew.swarm.swarm import Mode, Swarm, draw
 from protocol.faults import plan as plans
 from protocol.faults.plan import NO_FAULTS, Plan
+from protocol.laws import OURS
 from protocol.timeline import FaultInjected, RobotFailed
 from world.judge.ending import Ending
 from world.judge.verdict import Verdict
@@ -143,7 +145,10 @@ class Outcome(Struct, frozen=True, kw_only=True):
 
 
 class OutOfTimeError(BaseException):
-    """The wall-clock limit was reached. No `Exception`: a rehearsal reports those as failures of a core."""
+    """The wall-clock limit was reached. No `Exception`: a rehearsal reports those as failures of a core.
+
+    Its text says in which law of a user, if in one.
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,9 +169,9 @@ def play(episode: Episode) -> Outcome:
             stage = set_stage(episode)
             rehearsal = Rehearsal(stage.scenario, episode.seed, stage.plan)
             rehearsal.run()
-    except OutOfTimeError:
+    except OutOfTimeError as error:
         at = "while loading" if rehearsal is None else f"at t={rehearsal.world.now_s:.1f} s"
-        reason = f"the wall-clock limit of {episode.wall_s_max:g} s struck {at}"
+        reason = f"the wall-clock limit of {episode.wall_s_max:g} s struck {at}{error}"
         return failed(episode, OUT_OF_TIME, reason, time.monotonic() - started_wall_s)
     except Exception as error:
         return failed(episode, CRASHED, last_line(error), time.monotonic() - started_wall_s)
@@ -315,12 +320,21 @@ def last_line(error: Exception) -> str:
     return f"{said} ({Path(frame.filename).name}:{frame.lineno})"
 
 
+def _law_in(frame: FrameType | None) -> str:
+    """Which law of a user was asked there, as the end of a sentence; empty: none."""
+    while frame is not None:
+        if frame.f_code is asked.__code__ and frame.f_locals["name"] not in OURS:
+            return f", in the law {frame.f_locals['name']}, which may never return"
+        frame = frame.f_back
+    return ""
+
+
 @contextmanager
 def wall_clock_limit(limit_s: float) -> Iterator[None]:
     """Raise `OutOfTimeError` in the body when the time is up, even in an endless loop."""
 
-    def strike(_number: int, _frame: FrameType | None) -> None:
-        raise OutOfTimeError
+    def strike(_number: int, frame: FrameType | None) -> None:
+        raise OutOfTimeError(_law_in(frame))
 
     before = signal.signal(signal.SIGALRM, strike)
     signal.setitimer(signal.ITIMER_REAL, limit_s)

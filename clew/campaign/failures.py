@@ -60,8 +60,8 @@ def failure_of(case: Case) -> Failure | None:
     try:
         with wall_clock_limit(WALL_S_MAX):
             rehearsal = Rehearsal(case.scenario, case.seed, case.plan).run()
-    except OutOfTimeError:
-        return Failure(NO_END, f"the run had not ended after {WALL_S_MAX:g} s")
+    except OutOfTimeError as error:
+        return Failure(NO_END, f"the run had not ended after {WALL_S_MAX:g} s{error}")
     except UsageError:
         return None  # such a run is refused
     except Exception as error:

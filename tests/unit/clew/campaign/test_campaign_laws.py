@@ -55,6 +55,15 @@ def test_what_a_law_prints_is_no_part_of_the_result(
     assert "here\n" in said.stderr + workers.err
 
 
+def test_a_law_that_never_returns_is_named_where_the_time_is_up(here: Path) -> None:
+    (here / "mylaw.py").write_text("def mine(seen):\n    while True: pass\n")
+    asked = ("-n", "1", "--jobs", "1", "--law", "mylaw.py:mine", "--wall-s-max", "2")
+    clew("campaign", "one.json", *asked, "--out", "out")
+    (first,) = told(here)["episodes"]
+    assert "struck at t=" in first["reason"]
+    assert f", in the law {told(here)['law']}, which may never return" in first["reason"]
+
+
 def test_an_episode_is_played_again_when_the_law_of_its_scenario_has_changed(here: Path) -> None:
     text = (SCENARIOS / "paper.toml").read_text()
     (here / "one.toml").write_text(text.replace('law = "printed"', 'law = "mylaw.py:mine"'))

@@ -46,7 +46,7 @@ def _load(tmp_path: Path, text: str) -> Scenario:
         (
             "[0.2, 0.05]]",
             "[0.1, 0.0]]",
-            "$.moving[1]: vertices_m must make a simple ring, no corner twice, got one from (0, 0) that meets",
+            "$.moving[1]: vertices_m must make a simple ring, no corner twice, got one from (0, 0) that",
         ),
     ],
 )

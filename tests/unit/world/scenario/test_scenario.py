@@ -126,7 +126,8 @@ def _load(tmp_path: Path, text: str, **overrides: object) -> Scenario:
         (
             "[3.5, 1.5], [3.5, 1.9]",
             "[3.5, 1.9], [3.5, 1.5]",
-            "$.obstacle[1]: vertices_m must make a simple ring, no corner twice, got one from (3, 1.5) that meets itself",
+            "$.obstacle[1]: vertices_m must make a simple ring, no corner twice,"
+            " got one from (3, 1.5) that meets itself",
         ),
         (
             "speed_mps = 0.5",
