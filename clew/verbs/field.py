@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from clew.fields.kinds import DENSITY, ROBOT_RADIUS_M, SIZE_M, WIDTH_RADII, Kind
-from clew.verbs.options import FINITE, Word, seeds_option
+from clew.fields.kinds import DENSITY, SIZE_M, WIDTH_RADII, Kind
+from clew.verbs.options import FINITE, Word, robot_radius_option, seeds_option
 from protocol.errors import UsageError
 from protocol.files.reading import understand
 from protocol.files.writing import make_folder, write_whole
@@ -35,14 +35,7 @@ from protocol.files.writing import make_folder, write_whole
     type=FINITE,
     help="Instead of --least-width: how much wider than 2 (r + epsilon), as a share.",
 )
-@click.option(
-    "--robot-radius",
-    "robot_radius_m",
-    type=FINITE,
-    default=ROBOT_RADIUS_M,
-    show_default=True,
-    help="Radius of the robot [m]; obstacles scale with it.",
-)
+@robot_radius_option("Radius of the robot [m]; obstacles scale with it.")
 @click.option(
     "--size",
     "size_m",

@@ -8,9 +8,8 @@ from typing import Any
 
 import click
 
-from clew.fields.kinds import ROBOT_RADIUS_M
 from clew.verbs.extras import need
-from clew.verbs.options import FINITE
+from clew.verbs.options import FINITE, robot_radius_option
 from clew.verbs.say import warn
 from protocol.errors import UsageError
 from protocol.files.opening import WRITTEN_BYTES_MAX
@@ -61,14 +60,7 @@ def _heading(
     metavar="X Y",
     help="Where the leader has to come [m].",
 )
-@click.option(
-    "--robot-radius",
-    "robot_radius_m",
-    type=FINITE,
-    default=ROBOT_RADIUS_M,
-    show_default=True,
-    help="Radius of each robot [m].",
-)
+@robot_radius_option("Radius of each robot [m].")
 @click.option(
     "--coarsen",
     type=click.IntRange(1, 1000),

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
+from clew.fields.kinds import ROBOT_RADIUS_M
 from clew.fleet.options import DEPLOYMENTS, version
 from protocol import laws
 from protocol.errors import UsageError
@@ -184,6 +185,18 @@ COLOR = click.option(
     show_default=True,
     help="When to use colours; auto: on a terminal, unless NO_COLOR is set.",
 )
+
+
+def robot_radius_option(said: str) -> Callable[[Verb], Verb]:
+    """The option for the radius of the robots of a new scene."""
+    return click.option(
+        "--robot-radius",
+        "robot_radius_m",
+        type=FINITE,
+        default=ROBOT_RADIUS_M,
+        show_default=True,
+        help=said,
+    )
 
 
 def runs_option(said: str, *, default: int) -> Callable[[Verb], Verb]:
