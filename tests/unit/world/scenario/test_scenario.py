@@ -238,11 +238,9 @@ def test_a_law_without_promises_needs_no_error_budget_and_only_no_contact(tmp_pa
 
 
 def test_a_point_may_not_start_inside_an_obstacle_under_any_law(tmp_path: Path) -> None:
-    point = SOUND.replace("robot_radius_m = 0.1", "robot_radius_m = 0.0").replace(
-        "start = [1.0,", "start = [2.0,"
-    )
+    point = SOUND.replace("robot_radius_m = 0.1", "robot_radius_m = 0.0").replace("[1.0,", "[2.0,")
     with pytest.raises(
-        UsageError, match=r"robot 1: must be >= 0 m away from \$\.obstacle\[0\] .*, got inside it"
+        UsageError, match=r"robot 1: must be >= 0 m away from \$\.obstacle\[0\] .*, got inside"
     ):
         _load(tmp_path, point, law="printed")
 
