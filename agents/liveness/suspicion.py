@@ -10,6 +10,7 @@ Rule 3: a neighbour that shows a token and is lost by silence again and again ge
         decays (route-flap damping, RFC 2439). While it is above the limit, this robot leaves it out of views.
 """
 
+import math
 from dataclasses import dataclass, field
 
 from agents.liveness.presence import Presence
@@ -56,18 +57,25 @@ class Suspicion:
         return self.presence.connected and now_s - self._awake_since_s >= self.timing.listens_s
 
     def why_lost(
-        self, link: Link[AheadState] | Link[BehindState], now_s: float, *, all_wait: bool = False
+        self,
+        link: Link[AheadState] | Link[BehindState],
+        now_s: float,
+        *,
+        named_s: float = -math.inf,
+        all_wait: bool = False,
     ) -> str | None:
         """Rule 1: `token` or `silence`; None: the neighbour may be there.
 
         Args:
             link: to the neighbour.
             now_s: the time.
+            named_s: when the formation came that names it. The life that it names was there then, but may
+                have ended before its ALL made the link.
             all_wait: whether no body has moved for long, though this robot has not arrived.
         """
         if not self.judges(now_s):
             return None
-        if self.presence.is_lost(link.neighbour, max(link.heard_at_s, link.made_at_s), now_s):
+        if self.presence.is_lost(link.neighbour, max(link.heard_at_s, named_s), now_s):
             return "token"
         is_silent = link.silent_s(now_s) > self.timing.silent_s or (all_wait and link.silent)
         return "silence" if is_silent else None

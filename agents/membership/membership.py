@@ -144,7 +144,7 @@ class Membership:
                     return [Note(ViewLeft(epoch=said.epoch.number))]
             case Formation() if reporter is not None and said.life == self._life:
                 self._assembly.add(said)
-                reporter.heard_coordinator(now_s)
+                reporter.hear_formation(now_s)
             case _:
                 pass  # from a robot that may not say so
         return []

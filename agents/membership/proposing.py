@@ -10,6 +10,8 @@ Rule 4: a robot that is left out, and has no answer from the leader, proposes on
         body moves, as any robot may.
 """
 
+import math
+
 from agents.commands import Command, Note
 from agents.coordinating.agreeing import Intent
 from agents.liveness.raising import Raising, Reason
@@ -89,7 +91,7 @@ class Proposing:
             cause = Cause.START if fence.epoch.generation == 0 else Cause.COORDINATOR_LOST
             reason: Reason | None = Reason(cause, "nobody coordinates", is_shared=True)
         elif member is not None:
-            reason = self._for_member(member, odometry, now_s)
+            reason = self._for_member(member, odometry, reporter, now_s)
         elif fence.may is May.ALL:
             reason = self._for_outsider(odometry, reporter, now_s)
         else:
@@ -100,14 +102,17 @@ class Proposing:
             return commands
         return [*commands, *self._note(reason, member, now_s)]
 
-    def _for_member(self, member: Member, odometry: Odometry, now_s: float) -> Reason | None:
+    def _for_member(
+        self, member: Member, odometry: Odometry, reporter: Reporter | None, now_s: float
+    ) -> Reason | None:
         """Rule 3."""
         wish, plea = member.wish, self._pleas.reason(now_s, stands=not odometry.moving)
         if wish is not None and (plea is None or wish.cause not in {Cause.DEAD_END, Cause.NO_WAY}):
             return Reason(wish.cause, wish.why, wish.about)
         all_wait = not member.arrived and odometry.stood_s > self._timing.stood_s
+        named_s = -math.inf if reporter is None else reporter.formed_s
         for link in member.strand.links:
-            how = self._suspicion.why_lost(link, now_s, all_wait=all_wait)
+            how = self._suspicion.why_lost(link, now_s, named_s=named_s, all_wait=all_wait)
             if how is not None:
                 return Reason(Cause.NEIGHBOUR_LOST, f"robot {link.neighbour} is lost", link.neighbour, how)
         return plea

@@ -49,6 +49,8 @@ class Reporter:
     """The newest."""
     ended: Ended | None = None
     """Its newest turn in this view."""
+    formed_s: float = math.inf
+    """When the first piece of the formation came."""
     _said: Report | None = None
     _said_at_s: float = -float("inf")
     _newest: int = -1
@@ -74,9 +76,10 @@ class Reporter:
         """When the coordinator said that no way was found for this robot; None: it does not say so."""
         return self.heard_at_s if self.answer is not None and self.answer.stranded else None
 
-    def heard_coordinator(self, now_s: float) -> None:
+    def hear_formation(self, now_s: float) -> None:
         """A piece of the formation has come."""
         self.heard_at_s = now_s
+        self.formed_s = min(self.formed_s, now_s)
 
     def end_turn(self, ended: Ended) -> None:
         """The robot has ended a turn of its own, and stands."""

@@ -42,6 +42,18 @@ def test_a_neighbour_whose_token_has_gone_is_lost_at_once_and_a_silent_one_later
     assert suspicion.why_lost(heard(9.0), 10.0) == "token"
 
 
+def test_a_neighbour_that_was_started_again_between_the_formation_and_its_all_is_lost_by_its_token() -> None:
+    suspicion = awake(2, until_s=9.0)
+    suspicion.presence.go(2, "a", 9.0)
+    suspicion.presence.come(2, "b", 9.1)
+    suspicion.live(9.7)
+    link: Link[BehindState] = Link(2, 9, EPOCH, 9.2)
+    assert suspicion.why_lost(link, 9.7, named_s=8.9) == "token"
+    assert suspicion.why_lost(link, 9.7, named_s=9.1) is None, "the formation may name the new life"
+    link.heard_at_s = 9.6
+    assert suspicion.why_lost(link, 9.7, named_s=8.9) is None
+
+
 def test_where_all_wait_a_neighbour_that_is_silent_is_lost_however_seldom_it_is_heard() -> None:
     link = heard(10.0 - 1.5)
     assert awake(2).why_lost(link, 10.0, all_wait=True) is None
