@@ -12,6 +12,8 @@ Rule 3: if no robot finds a way, and another one that has not led in vain is nea
 Rule 4: robots that are left out and were there lately may stand in the way, and may come back. So the draft
         waits for them before that, once.
 Rule 5: where a robot that asks a strand on its way to let it in finds no way, the strand goes on as it was.
+Rule 6: a leader that has arrived goes on to nowhere. So those without a way are let in before the last in
+        place, which comes behind them then. If none finds a way so either, it keeps its place.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -81,6 +83,10 @@ class Draft:
     _holds: int = 0  # so many have to be in place for the order that is tried
     _trial: bool = True
     _in_vain: dict[int, tuple[int, ...]] = field(default_factory=dict)  # behind which strand, by robot
+    _makes_room: bool = False
+    """Whether the last in place lets others in before it (rule 6)."""
+    _made_room: int = 1
+    """How many were in place when it last did; it does again when more are."""
     _stuck_at_s: float | None = None
     """When nobody found a way for the first time in this view: others are waited for once."""
 
@@ -90,10 +96,15 @@ class Draft:
         return self.cause is not Cause.BLOCKED
 
     @property
+    def front(self) -> list[int]:
+        """Those in place behind which a robot joins: all, or all but the last (rule 6)."""
+        return self.strand[:-1] if self._makes_room else self.strand
+
+    @property
     def tried(self) -> frozenset[int]:
         """Who has had a turn in vain behind this very strand."""
-        strand = tuple(self.strand)
-        return frozenset(robot for robot, behind in self._in_vain.items() if behind == strand)
+        front = tuple(self.front)
+        return frozenset(robot for robot, behind in self._in_vain.items() if behind == front)
 
     def begin(self, reports: Mapping[int, Report], obstacle_m: Mapping[int, float]) -> None:
         """Compute the order of those that have reported; who is in place is known when they have looked."""
@@ -101,7 +112,7 @@ class Draft:
         stayed = [robot for robot in self.strand if robot in reports]
         if not stayed and self.keeps and not self.led:
             stayed = former_order(reports)
-        self._stayed, self._holds = (), 0
+        self._stayed, self._holds, self._makes_room = (), 0, False
         if self.led and not self.strand:
             self.order = other_order(places, self.led, self.mission.goal)
         elif stayed:
@@ -149,12 +160,12 @@ class Draft:
         self.legs.pop(robot, None)
         if not placed:
             self._in_vain.pop(robot, None)  # so that the newest stands last
-            self._in_vain[robot] = tuple(self.strand)
+            self._in_vain[robot] = tuple(self.front)
         else:
-            self.strand.append(robot)
+            self.strand, self._makes_room = [*self.front, robot], False
 
     def next(self, reports: Mapping[int, Report], now_s: float, *, others_may_come_back: bool) -> Next:
-        """Rules 2 to 5."""
+        """Rules 2 to 6."""
         waiting = [robot for robot in sorted(reports) if robot not in self.strand]
         if not waiting:
             return Done()
@@ -163,7 +174,7 @@ class Draft:
             return Give(next(robot for robot in reversed(self._in_vain) if robot in free))
         if free:
             places = places_of(reports)
-            off_m = np.hypot(*(positions(places, free) - positions(places, self.strand[-1:])).T)
+            off_m = np.hypot(*(positions(places, free) - positions(places, self.front[-1:])).T)
             return Give(free[int(np.argmin(off_m))])
         goes_on = self.cause is Cause.PLEA and not reports[self.strand[0]].arrived
         if goes_on and self._stayed and set(self._stayed) <= set(self.strand):
@@ -171,7 +182,7 @@ class Draft:
         return self._give_up(reports, now_s, others_may_come_back=others_may_come_back)
 
     def _give_up(self, reports: Mapping[int, Report], now_s: float, *, others_may_come_back: bool) -> Next:
-        """Rules 3 and 4."""
+        """Rules 3, 4 and 6."""
         places = places_of(reports)
         self._stuck_at_s = now_s if self._stuck_at_s is None else self._stuck_at_s
         is_new = now_s - self._stuck_at_s < self.timing.comes_back_s
@@ -179,7 +190,10 @@ class Draft:
             return Wait()
         goal, leader = self.mission.goal, self.strand[0]
         if goal is None or other_order(places, self.led, goal)[0] == leader:
-            return Done()
+            if not reports[leader].arrived or len(self.strand) <= self._made_room:
+                return Done()
+            self._makes_room, self._made_room = True, len(self.strand)
+            return self.next(reports, now_s, others_may_come_back=others_may_come_back)
         self.led, self.strand, self._trial = (*self.led, leader), [], False
         self._in_vain.clear()
         return Begin()

@@ -11,7 +11,7 @@ from protocol.wire.view import Join, Report
 
 def join_for(draft: Draft, robot: int, reports: Mapping[int, Report], turn: int) -> Join:
     """Where the strand ends that the robot joins in this turn, and where the other robots stand."""
-    strand, places = draft.strand, places_of(reports)
+    strand, places = draft.front, places_of(reports)
     line, leg = line_of(places, strand, draft.legs)
     waiting = [other for other in places if other != robot and other not in strand]
     return Join(

@@ -42,6 +42,8 @@ HEALS: list[Healing] = [
     ("waited-for-the-dead", 14064, 18.564, ()),
     # A robot that found no way to a place must ask again when the others have driven on.
     ("left-behind-when-the-others-drive-on", 991, 12.479, ()),
+    # The last robot at the goal stands between the one ahead and a body: there is room before it only.
+    ("between-a-body-and-the-robot-ahead", 260331, 16.686, ()),
     # The leader is started again between the formation and its ALL, and is lost by that, not by silence.
     ("started-again-before-its-all", 321421, 7.079, ()),
 ]
