@@ -4,7 +4,7 @@ Rule 1: simulated time advances only by ticks. Wall-clock time is an argument an
         processes: which are missing, which have died, and how long the last messages may take.
 Rule 2: `running` ends on the first of these, and is followed by `over`, `closing`, and the judgement:
         - every living robot has arrived;
-        - every living robot has arrived or is stranded, for `STRANDED_S`, or is so again after an arrival;
+        - of the living some have arrived, all others are stranded, for `STRANDED_S`, or so again after that;
         - the leader has lost its route, or a loss has not healed within `HEAL_S_MAX`;
         - the time limit; all robots, or the router, stay away; a request to end.
 Rule 3: without a router no robot can be heard, and no robot is declared dead for that silence.
@@ -345,7 +345,7 @@ class World:
             return Ending.EXTINCT
         if living and tally.arrived >= living:
             return Ending.ARRIVED
-        if living and tally.stranded and tally.arrived | tally.stranded.keys() >= living:
+        if tally.arrived & living and tally.arrived | tally.stranded.keys() >= living:
             since_s = max(tally.arrived_s, tally.stranded_s, tally.disturbed_s or 0.0)
             if tally.stranded_again or self.now_s - since_s >= STRANDED_S:
                 return Ending.STRANDED

@@ -241,6 +241,14 @@ def test_a_robot_that_has_arrived_keeps_that_when_the_run_is_over_before_it_is_i
     assert stage.world.tally.arrived == {1, 2}
 
 
+def test_where_nobody_has_arrived_that_lives_a_stranded_robot_may_lead_yet() -> None:
+    stage = running(time={"time_s_max": 500.0})
+    strand(stage, 1, 2)
+    stage.write(1, RobotArrived(progress_m=1.0))
+    die(stage, 1)
+    assert ends_within(stage, 2 * STRANDED_S) is None
+
+
 def test_a_stranded_robot_that_dies_is_not_waited_for() -> None:
     stage = running(time={"time_s_max": 500.0})
     strand(stage, 1, 2)
