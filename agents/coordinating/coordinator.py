@@ -16,7 +16,7 @@ from collections.abc import Mapping
 
 from agents.commands import Command, Note
 from agents.coordinating.agreeing import Agreement, Intent
-from agents.coordinating.draft import Begin, Done, Draft, Give, Wait
+from agents.coordinating.draft import Done, Draft, Give, Wait
 from agents.coordinating.drafted import Drafted, drafted
 from agents.coordinating.formation import Plan
 from agents.coordinating.joins import join_for
@@ -85,18 +85,13 @@ class Coordinator:
         self._questions.hear(robot, report.look)
 
     @property
-    def plan(self) -> Plan | None:
-        """The formation, once it is made."""
-        return self._telling.plan
-
-    @property
     def stranded(self) -> frozenset[int]:
         """The robots that have had a turn, and found no way to a place in the formation."""
         return self._telling.stranded
 
     def drafted(self, now_s: float) -> Drafted:
         """What it has drafted; once the formation is made, that."""
-        return drafted(self._mission.robots, self._draft, self.plan, self._reported, now_s)
+        return drafted(self._mission.robots, self._draft, self._telling.plan, self._reported, now_s)
 
     def act(self, odometry: Odometry, now_s: float) -> list[Command]:
         """What is to be done now."""
@@ -188,8 +183,6 @@ class Coordinator:
                     return self._turns.put(fence, now_s, may=May.ONE, robot=robot, life=life)
                 self._no_room.add(robot)
                 draft.end_turn(robot, placed=False)
-            case Begin():
-                self._enter(Phase.GATHERING)
             case Done():
                 self._enter(Phase.CLOSING)
             case Wait():
