@@ -2,15 +2,19 @@
 
 Premises, which the loader checks against the world (`world/scenario/budget.py`):
 
-Premise 1: no corner that a ray can meet is sharper than the mission's `sharpest_corner_rad`, here gamma.
-Premise 2: within the range in use no obstacle, and no part of one but a corner, fits between two rays.
+Premise 1: no corner that a ray can meet is sharper than the mission's `sharpest_corner_rad`, here gamma, and
+           gamma is 60 degrees at most where an obstacle has more than four corners.
+Premise 2: within the range in use no obstacle fits between two rays, and no part of one between two of its
+           edges that are no neighbours: its least way across, normal to an edge, is as long as the spacing.
 
 Between two neighbouring rays from P, with hits A and B, let K be a connected part of an obstacle that lies in
 the triangle P A B. It touches neither ray before its hit, else the hit would be there. By premise 2 it is no
-whole obstacle, so it enters through the chord A B, and its convex hull is a triangle on that chord with one
-corner of the obstacle, T, on top. Both sides of the hull leave the triangle P A B through the chord. So T
-sees the chord at an angle of at least gamma, and so does every point of K, since all are in the triangle
-A B T.
+whole obstacle, so it enters through the chord A B. If it has one corner T, its convex hull is a triangle on
+that chord with T on top, both sides leave P A B through the chord, and T sees the chord at an angle of at
+least gamma; so does every point of K, since all are in the triangle A B T. K may have several corners, each
+blunter than gamma: a pointed arch of the least width, cut at its feet, has nowhere a shorter way across, and
+sees its feet at 60 degrees from its tip. That nothing sees the chord at less than 60 degrees and gamma was
+searched, not proved (`docs/assumptions.md`), and that four corners need no such limit.
 
 The place nearest to P from which A and B are seen at gamma is the apex over equal ranges: a hit that is moved
 back along its ray, away from P, is seen at a smaller angle. So with m the nearer one of both ranges and s the
@@ -23,9 +27,10 @@ Rule 1: what is nearer than that between two rays is free. This is a property of
         costs little, however sharp a corner is anywhere else.
 Rule 2: a hit may be wrong by the range error, along its ray. A range-limit point counts as a hit.
 Rule 3: rays from other places narrow that further (`agents/navigation/crossing.py`).
-Rule 4: of a robot's body, a disc, gamma is a right angle: less than half of the disc lies in the triangle
-        P A B, since the whole fits between no two rays (premise 2), and from the arc of such a part its chord
-        is seen at a right angle or more.
+Rule 4: of a robot's body, a disc of radius r, gamma is a right angle. Where both rays hit it, less than half
+        of it lies in the triangle P A B, and from the arc of such a part its chord is seen at a right angle
+        or more. Where one passes it and the other is h from its middle, more than half may lie there, but
+        reaches no nearer: r - sqrt(r^2 - h^2) <= (r + h) / 2. It fits between no two rays (premise 2).
 Rule 5: nothing else is taken from the world: the bound holds with any shapes that keep both premises.
 """
 

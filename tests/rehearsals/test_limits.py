@@ -9,6 +9,7 @@ from clew.rehearsal.rehearsal import Rehearsal
 from protocol.errors import UsageError
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Kill
+from tests.support.scenes.arches import pointed_arch
 from world.judge.ending import Ending
 from world.judge.judgement import judge
 from world.scenario.scenario import Scenario, load
@@ -148,5 +149,49 @@ def test_the_tail_passes_a_corner_that_the_leader_hides_beside_its_leg(tmp_path:
     path.write_text(HIDDEN)
     scenario = load(str(path))
     rehearsal = Rehearsal(scenario, 1).run()
+    assert judge(scenario, rehearsal.entries).breaches == ()
+    assert rehearsal.world.ending is Ending.ARRIVED
+
+
+ARCH = """
+name = "arch"
+[fleet]
+robots = 1
+robot_radius_m = 0.1
+separation_m = 0.05
+link_length_m_max = 3.0
+places = [[0.0, 0.0, 0.0]]
+[law]
+epsilon_m = 0.1
+mu0_m = 0.01
+[goal]
+at_m = [3.985, 0.349]
+tolerance_m = 0.1
+[sensor]
+directions = 36
+range_m_max = 4.0
+[drive]
+speed_mps = 0.5
+speed_mps_min = 0.05
+speed_mps_max = 1.0
+turn_rate_radps = 3.0
+[time]
+time_s_max = 60.0
+[[obstacle]]
+shape = "polygon"
+"""
+
+
+@pytest.mark.parametrize("tip_m", [2.85, 2.9, 2.95])
+def test_a_leader_keeps_off_a_tip_of_many_blunt_corners_between_two_rays(
+    tmp_path: Path, tip_m: float
+) -> None:
+    """S1: the post is as wide as the rays are apart where they hit it; its tip stands 0.5 m before that."""
+    post = pointed_arch(width_m=0.6, tip_m=tip_m, bearing_rad=math.pi / 36.0)
+    (path := tmp_path / "arch.toml").write_text(
+        f"{ARCH}vertices_m = {[list(each) for each in post.vertices_m]}\n"
+    )
+    scenario = load(str(path))
+    rehearsal = Rehearsal(scenario, 1, Plan(name="test", rules=())).run()
     assert judge(scenario, rehearsal.entries).breaches == ()
     assert rehearsal.world.ending is Ending.ARRIVED

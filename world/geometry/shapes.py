@@ -13,6 +13,9 @@ from protocol.arrays import Floats, Indices
 from protocol.frames import Metres, Radians
 from world.geometry import rings
 
+ROUNDED_RAD = math.pi / 3
+"""Several blunt corners together may be as sharp as this: the tip of a pointed arch between its feet."""
+
 Position = Annotated[tuple[Metres, Metres], Meta(description="x, y [m; world frame]")]
 Extent = Annotated[float, Meta(gt=0.0, le=1e4, description="m")]
 
@@ -89,9 +92,14 @@ class Polygon(_Shape, frozen=True, kw_only=True, tag="polygon"):
         return rings.smallest_width_m(self.ring_m)
 
     @property
+    def bluntest_rad(self) -> float:
+        """The angle that it counts for if all its corners are blunter; see `agents/navigation/sure.py`."""
+        return math.pi / 2 if len(self.vertices_m) <= 4 else ROUNDED_RAD
+
+    @property
     def sharpest_corner_rad(self) -> float:
-        """The least interior angle."""
-        return float(rings.corners_rad(self.ring_m).min())
+        """The least interior angle, or what several corners together may be."""
+        return min(float(rings.corners_rad(self.ring_m).min()), self.bluntest_rad)
 
 
 Shape = Circle | Ellipse | Polygon

@@ -2,7 +2,9 @@
 
 Rule 1: a corner that lies inside another obstacle is not met. What reaches nearest to a sensor there is the
         other obstacle. A moving obstacle covers none, since it may leave the corner bare.
-Rule 2: the limit of a premise may only be too sharp: ellipses cover nothing, nor do two obstacles together.
+Rule 2: a polygon of more than four corners counts as no blunter than 60 degrees (`Polygon.bluntest_rad`):
+        several corners may fit between two rays, each blunt, and their tip be sharper.
+Rule 3: the limit of a premise may only be too sharp: ellipses cover nothing, nor do two obstacles together.
 """
 
 import math
@@ -22,7 +24,8 @@ def sharpest_corner_rad(still: Sequence[Shape], moving: Sequence[Shape] = ()) ->
     """The least angle of any corner that a ray can meet, at most a right angle."""
     polygons = [shape for shape in still if isinstance(shape, Polygon)]
     bare = [*moving, *(shape for shape in still if not isinstance(shape, Polygon))]
-    least_rad = min([math.pi / 2, *(shape.sharpest_corner_rad for shape in bare)])
+    together_rad = [polygon.bluntest_rad for polygon in polygons]
+    least_rad = min([math.pi / 2, *together_rad, *(shape.sharpest_corner_rad for shape in bare)])
     if not polygons:
         return least_rad
     angles_rad = np.concatenate([corners_rad(polygon.ring_m) for polygon in polygons])

@@ -13,6 +13,7 @@ from protocol.arrays import Floats
 from protocol.frames import Pose
 from protocol.mission import Mission
 from protocol.wire.messages import RAYS_MAX
+from tests.support.scenes.arches import pointed_arch
 from tests.support.stages.one_step import look_around, under
 from tests.support.strategies.shape_strategies import patiently, shapes
 from world.geometry.rings import is_simple
@@ -105,6 +106,18 @@ def test_nor_where_a_tip_points_at_the_sensor_from_as_far_as_it_is_sure_to_be_se
     there += range_m * np.array([math.cos(bearing_rad), math.sin(bearing_rad)])
     assume(is_simple(there))
     assert_is_sure([Polygon(vertices_m=tuple((float(x), float(y)) for x, y in there))], rays)
+
+
+@pytest.mark.parametrize("rays", RAYS)
+@pytest.mark.parametrize("share", [0.8, 0.9, 0.98])
+def test_nor_where_many_blunt_corners_make_a_sharp_tip(rays: int, share: float) -> None:
+    """Between two rays stands all of a pointed arch, which is as wide as they are apart at its feet."""
+    spacing_rad, width_m = math.tau / rays, 0.3 * RANGE_M_MAX / rays
+    feet_m = share * width_m / spacing_rad
+    tip_m = feet_m - width_m * math.sqrt(0.75)
+    world: list[Shape] = [pointed_arch(width_m=width_m, tip_m=tip_m, bearing_rad=spacing_rad / 2.0)]
+    told = mission(world, rays)
+    assert (nearest_m(world, told) >= sure(look_around(world, told), told).ranges_m).all()
 
 
 @pytest.mark.parametrize("degrees", [60.0, 30.0, 10.0, 4.0])
