@@ -5,9 +5,8 @@ import math
 import numpy as np
 
 from protocol.arrays import Floats
-from protocol.mission import Mission
+from protocol.mission import RAYS_MAX, Mission
 from protocol.sweep import TOUCHING_M
-from protocol.wire.messages import RAYS_MAX
 
 LENGTHS = 8  # of legs tried
 PLACE_SLACK_M = 0.01  # on what a place keeps, so that one that was aimed at is one when it is reached

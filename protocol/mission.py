@@ -11,6 +11,7 @@ DEADMAN_S = 1.0  # ten odometry periods: docs/run.md
 WATCH_S = 0.3  # odometry, scan, order: a robot whose motion is safe for this long never has to stop
 MOVES_S = 0.05  # two ticks, order and one to move in, to a hundredth: who may not do that cannot move
 BRIEF_S = 0.06  # three of the world's ticks: scan, order, and one to move in
+RAYS_MAX = 7200  # per scan: 58 kB on the wire
 DRIVE_SHARE = 0.25  # of the tolerance: what one drive may be off (`world/scenario/budget.py`)
 SEEN_SHARE = 1.0 - 2.0 * DRIVE_SHARE  # of the tolerance; the rest is for two drives' errors
 
@@ -72,7 +73,7 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
     mu0_m: Length
     separation_m: Length
     speed_mps: Speed
-    directions: Annotated[int, Meta(ge=8, le=7200)]
+    directions: Annotated[int, Meta(ge=8, le=RAYS_MAX)]
     """Rays of one revolution of the scanner."""
     revolutions: Annotated[int, Meta(ge=1, le=900)]
     """How many interlaced revolutions are sure to show every obstacle out to `range_m_max`."""
@@ -138,9 +139,12 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
     def leg_m_max(self) -> float:
         """The longest way between neighbours in a strand that forms: what a robot sees, and may lag.
 
-        A scan from one end shows all that is nearer to the way than a robot keeps, up to beside its far end.
+        The closest look from one end is sure of all that is nearer to the way than a robot keeps, up to
+        beside its far end.
         """
-        seen_m = math.sqrt(max(0.0, self.range_m_max**2 - self.obstacle_keep_m**2))
+        share = self.sure_share_in(RAYS_MAX // self.directions * self.directions)
+        sure_m = share * (self.range_m_max - self.range_error_m_max)
+        seen_m = math.sqrt(max(0.0, sure_m**2 - self.obstacle_keep_m**2))
         return min(self.link_length_m_max, seen_m)
 
     def sure_share_in(self, rays: int, *, bodies_only: bool = False) -> float:

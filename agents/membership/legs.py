@@ -7,9 +7,8 @@ from agents.navigation.scan import View, on_discs
 from agents.navigation.sure import closer
 from protocol.arrays import Flags, Floats, distances_to_segments
 from protocol.legs import hull_hides
-from protocol.mission import Mission
+from protocol.mission import RAYS_MAX, Mission
 from protocol.sweep import TOUCHING_M
-from protocol.wire.messages import RAYS_MAX
 
 
 def without_hulls(view: View, robots: Floats, mission: Mission) -> View:

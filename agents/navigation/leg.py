@@ -1,9 +1,12 @@
 """The clearance of a straight way from where a robot stands, from its own scan.
 
-Rule 1: what is beside the way hides nothing on it: what it hides is further from the way. So hits are enough.
-Rule 2: what it hides may reach out of its shadow, up to the next ray. Beside a hit this is no nearer than a
-        scan is sure (`agents.navigation.sure`). Beside a hull that was taken out of the scan as a robot's,
-        it begins where that robot keeps off obstacles and bodies.
+Rule 1: what is beside the way hides nothing on it: what it hides is further from the way. So hits are enough
+        for a check of ground that a leader has certified.
+Rule 2: a corner may reach nearer than the hits, between two rays. Beside a hit, and between rays that meet
+        nothing within the range, it is no nearer than a scan is sure (`agents.navigation.sure`). Beside a
+        hull that was taken out of the scan as a robot's, it begins where that robot keeps off obstacles and
+        bodies. What may be beyond the way's end, where no ray meets anything or behind a hull, is nearer to
+        the robot ahead: that one keeps off it (`protocol.legs`).
 Rule 3: a robot may leave what is too near to it, by a way that leads away. But a leg does not begin there:
         where the strand turns round, its tail comes back to where its leg began, and its drive errs again.
 Rule 4: nor does a new leg end there. What the hull of the first robot hides beyond its place only that robot
@@ -17,8 +20,8 @@ from dataclasses import replace
 import numpy as np
 
 from agents.navigation.scan import View
-from agents.navigation.sure import sure
-from protocol.arrays import Floats, distances_to_segments, segments_apart
+from agents.navigation.sure import Sure, sure
+from protocol.arrays import Flags, Floats, distances_to_segments, of_next, segments_apart
 from protocol.legs import PASSED_SHARE
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
@@ -48,31 +51,39 @@ def body_clearance_m(seen: View, end: Floats, mission: Mission) -> float:
 
 
 def _certain_m(seen: View, end: Floats, mission: Mission, *, bodies_only: bool) -> float:
-    known = sure(seen, mission, leave_out=~seen.hits, bodies_only=bodies_only)
-    beside_hits = np.isfinite(known.ranges_m)
+    # A body is met by a ray wherever the way may be so long; a corner need not be.
+    leave_out = ~seen.hits if bodies_only else _taken_out(seen, mission)
+    known = sure(seen, mission, leave_out=leave_out, bodies_only=bodies_only)
+    beside_hits = seen.hits | of_next(seen.hits)
+    counts = np.isfinite(known.ranges_m) & (beside_hits | ~_is_beyond(known, seen, end))
     hidden = _behind_hulls(seen, end, mission, bodies_only=bodies_only)
-    starts = np.concatenate([known.starts[beside_hits], hidden[0]])
-    ends = np.concatenate([known.ends[beside_hits], hidden[1]])
+    starts = np.concatenate([known.starts[counts], hidden[0]])
+    ends = np.concatenate([known.ends[counts], hidden[1]])
     edges = np.stack([starts, ends])
     return _clearance_m(seen, end, edges, mission, leaves=bodies_only)
 
 
 def _behind_hulls(seen: View, end: Floats, mission: Mission, *, bodies_only: bool) -> tuple[Floats, Floats]:
-    """Rule 2: from where on hulls beside the way may hide something, as segments (n, 2), (n, 2).
-
-    What is beyond the way's end is nearer to the robot ahead: that one keeps off it (`protocol.legs`).
-    """
-    taken_out = ~seen.hits & (seen.ranges_m < mission.range_m_max)
+    """Rule 2: from where on hulls beside the way may hide something, as segments (n, 2), (n, 2)."""
     off_m = distances_to_segments(seen.points, seen.position, end)
-    beside = taken_out & (off_m >= mission.hull_reach_m)
+    beside = _taken_out(seen, mission) & (off_m >= mission.hull_reach_m)
     radius_m = mission.robot_radius_m
     kept_m = radius_m + max(0.0, min(mission.epsilon_m, mission.separation_m) - mission.mu0_m)
     past_m = np.minimum(seen.ranges_m + math.sqrt(kept_m**2 - radius_m**2), mission.range_m_max)
     known = sure(replace(seen, ranges_m=past_m), mission, leave_out=~beside, bodies_only=bodies_only)
-    way = end - seen.position
-    is_beyond = [(each - end) @ way > 0.0 for each in (known.starts, known.ends)]
-    hidden = np.isfinite(known.ranges_m) & ~(is_beyond[0] & is_beyond[1])
+    hidden = np.isfinite(known.ranges_m) & ~_is_beyond(known, seen, end)
     return known.starts[hidden], known.ends[hidden]
+
+
+def _taken_out(seen: View, mission: Mission) -> Flags:
+    """The directions (n,) whose hits were taken out as a robot's."""
+    return ~seen.hits & (seen.ranges_m < mission.range_m_max)
+
+
+def _is_beyond(known: Sure, seen: View, end: Floats) -> Flags:
+    """In which gaps (n,) the sure range ends beyond the way's end."""
+    starts, ends = ((each - end) @ (end - seen.position) > 0.0 for each in (known.starts, known.ends))
+    return np.asarray(starts & ends)
 
 
 def certain_clearance_m_min(mission: Mission) -> float:

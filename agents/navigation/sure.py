@@ -41,8 +41,7 @@ import numpy as np
 from agents.navigation.crossing import divided_m
 from agents.navigation.scan import View
 from protocol.arrays import Flags, Floats, of_next
-from protocol.mission import Mission
-from protocol.wire.messages import RAYS_MAX
+from protocol.mission import RAYS_MAX, Mission
 
 LEAST_M = 1e-6  # so that a wall has a direction: at the sensor's own place it would forbid nothing
 CLOSER = 4  # factor for the revolutions of a closer look: what two rays can hide is a quarter then

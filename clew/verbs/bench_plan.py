@@ -14,7 +14,7 @@ from clew.verbs.options import AS_JSON, runs_option
 from clew.verbs.say import warn
 from protocol.errors import UsageError
 from protocol.files.reading import understand
-from protocol.wire.messages import RAYS_MAX
+from protocol.mission import RAYS_MAX
 
 if TYPE_CHECKING:
     from clew.bench.plan import Peers, PlanFigures, Planner, Sample

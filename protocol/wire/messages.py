@@ -12,11 +12,10 @@ from msgspec import Meta, Struct
 from protocol.faults.rules import Name, Rule
 from protocol.fence import Bearing, Epoch, Fence, Life, Raise, Turn
 from protocol.frames import Count, Length, Point, Pose, Seconds, Speed, Vertex
-from protocol.mission import Mission
+from protocol.mission import RAYS_MAX, Mission
 from protocol.timeline import Entry
 from protocol.wire.view import SEEN_BYTES_MAX, Answer, Formation, Plea, Report
 
-RAYS_MAX = 7200  # per scan: 58 kB on the wire
 REVOLUTIONS_MAX = 900  # the maximum for the smallest number of directions
 LATE_S_MAX = 3.0  # wall: with a share of 1 % of a core, turns of a process were late by up to 2 s
 Late = Annotated[float, Meta(ge=0.0, le=LATE_S_MAX)]

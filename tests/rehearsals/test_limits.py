@@ -195,3 +195,42 @@ def test_a_leader_keeps_off_a_tip_of_many_blunt_corners_between_two_rays(
     rehearsal = Rehearsal(scenario, 1, Plan(name="test", rules=())).run()
     assert judge(scenario, rehearsal.entries).breaches == ()
     assert rehearsal.world.ending is Ending.ARRIVED
+
+
+NEEDLE = """
+name = "needle"
+[fleet]
+robots = 2
+robot_radius_m = 0.1
+separation_m = 0.05
+link_length_m_max = 3.0
+places = [[2.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+[law]
+epsilon_m = 0.1
+mu0_m = 0.02
+[goal]
+at_m = [2.5, -1.5]
+tolerance_m = 0.1
+[sensor]
+directions = 360
+range_m_max = 2.4
+[drive]
+speed_mps = 0.5
+speed_mps_min = 0.05
+speed_mps_max = 1.0
+turn_rate_radps = 3.0
+[time]
+time_s_max = 60.0
+[[obstacle]]
+shape = "polygon"
+vertices_m = [[0.994, 0.113], [2.685, 0.282], [2.680, 0.329]]
+"""
+
+
+def test_on_a_leg_no_needle_is_too_near_that_two_rays_pass_up_to_their_range(tmp_path: Path) -> None:
+    """S1: it comes from beyond the range, to 0.11 m beside the way to the robot ahead."""
+    (path := tmp_path / "needle.toml").write_text(NEEDLE)
+    scenario = load(str(path))
+    rehearsal = Rehearsal(scenario, 1, Plan(name="test", rules=())).run()
+    assert judge(scenario, rehearsal.entries).breaches == ()
+    assert rehearsal.world.ending is Ending.ARRIVED

@@ -7,7 +7,8 @@ import numpy as np
 from protocol.arrays import Floats, scan_bearings_rad
 from protocol.fence import Fence
 from protocol.frames import Pose
-from protocol.wire.messages import RAYS_MAX, Scan
+from protocol.mission import RAYS_MAX
+from protocol.wire.messages import Scan
 from world.geometry.rays import NearDiscs, cast, noisy
 from world.scenario.scenario import Scenario
 

@@ -15,8 +15,7 @@ from msgspec import Meta, Struct, field
 from protocol.errors import UsageError
 from protocol.files.reading import understand
 from protocol.frames import Length, Point, Speed
-from protocol.mission import Bounds, Mission
-from protocol.wire.messages import RAYS_MAX
+from protocol.mission import RAYS_MAX, Bounds, Mission
 from world.geometry.movers import Movers
 from world.geometry.moving import Moving, top_speed_mps
 from world.geometry.shapes import Circle, Ground, Shape, ground_of

@@ -8,7 +8,8 @@ from agents.body.senses import RETRY_S, Senses
 from agents.commands import AskScan
 from protocol.fence import Epoch, Fence, May
 from protocol.frames import Pose
-from protocol.wire.messages import RAYS_MAX, Odometry, Phase, Scan
+from protocol.mission import RAYS_MAX
+from protocol.wire.messages import Odometry, Phase, Scan
 from tests.support.stages.one_step import under
 
 MISSION = under("certified", directions=8, revolutions=2)

@@ -1,5 +1,6 @@
 """The clearance of the straight way ahead, from a robot's own scan."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,7 @@ from agents.navigation.leg import (
 )
 from protocol.arrays import Floats
 from tests.support.stages.one_step import look_around, under
-from world.geometry.shapes import Circle
+from world.geometry.shapes import Circle, Polygon
 
 MISSION = under("certified", robot_radius_m=0.1, range_error_m_max=0.005)
 NEAR_M = MISSION.robot_radius_m + MISSION.clear_m
@@ -66,3 +67,26 @@ def test_another_robot_may_come_to_a_place_that_is_off_a_post_by_what_its_drive_
 @pytest.mark.parametrize("off_m", [NEAR_M - 0.02, NEAR_M + 0.002])
 def test_a_post_as_near_on_the_way_ahead_does_matter(off_m: float) -> None:
     assert max(seen(0.0, off_m)) < 0.0
+
+
+@pytest.mark.parametrize("tip_m", [0.75, 0.8, 0.85])
+def test_a_leg_is_not_clear_where_two_rays_that_meet_nothing_may_pass_a_corner(tip_m: float) -> None:
+    """A needle points at the sensor, between two rays that are a degree apart, from beyond the range."""
+    rays = {"range_m_max": 1.5, "directions": 360, "sharpest_corner_rad": math.radians(1.8)}
+    mission = under("certified", robot_radius_m=0.1, **rays)
+    along = np.array([math.cos(math.radians(7.5)), math.sin(math.radians(7.5))])
+    beside = 0.018 * np.array([-along[1], along[0]])
+    ring = (tip_m * along, (tip_m + 1.1) * along - beside, (tip_m + 1.1) * along + beside)
+    needle = Polygon(vertices_m=tuple((float(x), float(y)) for x, y in ring))
+    view = look_around([needle], mission)
+    assert not view.hits.any()
+    assert certain_clearance_m(view, AHEAD, mission) <= tip_m * along[1] - mission.robot_radius_m
+    closest = look_around([needle], mission, revolutions=20)
+    assert closest.hits.any()
+
+
+def test_what_may_be_beyond_a_legs_end_where_no_ray_meets_anything_does_not_count() -> None:
+    """The robot that stands there keeps off it."""
+    view = look_around([], MISSION)
+    end = np.array([MISSION.range_m_max - 0.15, 0.0])
+    assert certain_clearance_m(view, end, MISSION) >= certain_clearance_m_min(MISSION)

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from agents.navigation.sure import LEAST_M, closer, sure
 from protocol.arrays import Floats
 from protocol.frames import Pose
-from protocol.mission import Mission
-from protocol.wire.messages import RAYS_MAX
+from protocol.mission import RAYS_MAX, Mission
 from tests.support.scenes.arches import pointed_arch
 from tests.support.stages.one_step import look_around, under
 from tests.support.strategies.shape_strategies import patiently, shapes

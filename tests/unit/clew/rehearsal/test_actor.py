@@ -7,9 +7,10 @@ from clew.rehearsal.mail import Mail
 from clew.rehearsal.processes import Processes
 from protocol.fence import Fence
 from protocol.frames import Pose
+from protocol.mission import RAYS_MAX
 from protocol.network.bounded import INBOX_BYTES_MAX, INBOX_CAPACITY
 from protocol.wire.codec import encode
-from protocol.wire.messages import RAYS_MAX, Ask, Message, Scan
+from protocol.wire.messages import Ask, Message, Scan
 from world.scenario.scenario import load
 
 HERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
