@@ -74,7 +74,7 @@ def test_a_robot_that_starts_too_near_to_an_obstacle_to_move_where_others_are_fa
         ),
         (
             {"fleet": {"separation_m": 0.2, "spacing_m": 0.42}, "sensor": {"range_m_max": 0.4}},
-            r"\$.sensor: must be sure of 0.43 m, the least way between neighbours, got 0.2646 m",
+            r"\$.sensor: must be sure of 0.43 m, the least way between neighbours, got 0.2643 m",
         ),
         (
             {"fleet": {"link_length_m_max": 0.3}, "law": {"epsilon_m": 0.005, "mu0_m": 0.001}},
