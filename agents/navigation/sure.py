@@ -74,7 +74,9 @@ def sure(view: View, mission: Mission, *, leave_out: Flags | None = None, bodies
     true_m = np.maximum(view.ranges_m - mission.range_error_m_max, 0.0)
     known_m = true_m if leave_out is None else np.where(leave_out, np.inf, true_m)
     nearer_m = np.minimum(known_m, of_next(known_m))
-    ranges_m = np.maximum(mission.sure_share_in(len(true_m), bodies_only=bodies_only) * nearer_m, LEAST_M)
+    is_told, share = np.isfinite(nearer_m), mission.sure_share_in(len(true_m), bodies_only=bodies_only)
+    sure_m = np.maximum(share * np.where(is_told, nearer_m, 0.0), LEAST_M)
+    ranges_m = np.where(is_told, sure_m, np.inf)
     for other in view.earlier:
         ranges_m = np.maximum(ranges_m, divided_m(view, true_m, other, mission.range_error_m_max))
     finite_m = np.where(np.isfinite(ranges_m), ranges_m, 0.0)[:, None]

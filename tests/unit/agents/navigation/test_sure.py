@@ -195,6 +195,9 @@ def test_rays_from_beside_cut_off_what_may_point_at_the_sensor() -> None:
 def test_beside_a_corner_that_two_rays_may_hide_whole_nothing_is_sure() -> None:
     needle: list[Shape] = [Polygon(vertices_m=((0.5, 0.0), (2.5, 0.001), (2.5, 0.0)))]
     assert mission(needle, 360).sure_share_in(360) == 0.0
+    told = mission(needle, 360)
+    known = sure(look_around(needle, told), told, leave_out=np.arange(360) < 3)
+    assert np.isinf(known.ranges_m).tolist() == [True, True, *[False] * 358], "nothing, but no number either"
 
 
 def test_a_range_error_counts_along_the_ray_and_a_ray_left_out_says_nothing() -> None:
