@@ -141,7 +141,7 @@ SETTINGS = {
         ),
         Setting(
             name="orders",
-            about="a wall is between the robots, which try several orders in vain",
+            about="a wall is between the robots: no turn brings them together",
             places=((2.6, 1.5, 0.0), (1.4, 1.2, 0.0), (1.0, 1.8, 0.0)),
             obstacles=WALL,
             opens_ticks=226,
