@@ -16,7 +16,7 @@ from collections.abc import Mapping
 
 from agents.commands import Command, Note
 from agents.coordinating.agreeing import Agreement, Intent
-from agents.coordinating.draft import Done, Draft, Give, Wait
+from agents.coordinating.draft import Begin, Done, Draft, Give, Wait
 from agents.coordinating.drafted import Drafted, drafted
 from agents.coordinating.formation import Plan
 from agents.coordinating.joins import join_for
@@ -183,6 +183,8 @@ class Coordinator:
                     return self._turns.put(fence, now_s, may=May.ONE, robot=robot, life=life)
                 self._no_room.add(robot)
                 draft.end_turn(robot, placed=False)
+            case Begin():
+                self._enter(Phase.GATHERING)
             case Done():
                 self._enter(Phase.CLOSING)
             case Wait():

@@ -7,7 +7,8 @@ Rule 2: the turn goes to the nearest robot that is not in place and has not had 
         strand. Behind another one it may find a way. A draft that begins again with the same strand does not
         repeat what was in vain. Where all that are left had one in vain, the last of them is first: in a
         queue whose end has come in, it has room to move now.
-Rule 3: if no robot finds a way, those in place go on: then the others may find one.
+Rule 3: if no robot finds a way, and another one that has not led in vain is nearer to the goal than the
+        leader, that one leads. Else those in place go on: then the others may find a way.
 Rule 4: robots that are left out and were there lately may stand in the way, and may come back. So the draft
         waits for them before that, once.
 Rule 5: where a robot that asks a strand on its way to let it in finds no way, the strand goes on as it was.
@@ -50,11 +51,16 @@ class Wait:
 
 
 @dataclass(frozen=True, slots=True)
+class Begin:
+    """Another order is to be tried."""
+
+
+@dataclass(frozen=True, slots=True)
 class Done:
     """Those in place are the strand; the others are left out."""
 
 
-Next = Give | Wait | Done
+Next = Give | Wait | Begin | Done
 
 
 @dataclass(slots=True)
@@ -66,7 +72,7 @@ class Draft:
     cause: Cause
     """Why there is a view."""
     led: tuple[int, ...] = ()
-    """The robots that have led in vain since the strand has come on."""
+    """The robots that have led in vain, in this view or since the strand has come on."""
     order: tuple[int, ...] = ()
     strand: list[int] = field(default_factory=list)
     """The robots in place, leader first."""
@@ -177,14 +183,20 @@ class Draft:
 
     def _give_up(self, reports: Mapping[int, Report], now_s: float, *, others_may_come_back: bool) -> Next:
         """Rules 3, 4 and 6."""
+        places = places_of(reports)
         self._stuck_at_s = now_s if self._stuck_at_s is None else self._stuck_at_s
         is_new = now_s - self._stuck_at_s < self.timing.comes_back_s
         if is_new and others_may_come_back and len(reports) < self.mission.robots:
             return Wait()
-        if not reports[self.strand[0]].arrived or len(self.strand) <= self._made_room:
-            return Done()
-        self._makes_room, self._made_room = True, len(self.strand)
-        return self.next(reports, now_s, others_may_come_back=others_may_come_back)
+        goal, leader = self.mission.goal, self.strand[0]
+        if goal is None or other_order(places, self.led, goal)[0] == leader:
+            if not reports[leader].arrived or len(self.strand) <= self._made_room:
+                return Done()
+            self._makes_room, self._made_room = True, len(self.strand)
+            return self.next(reports, now_s, others_may_come_back=others_may_come_back)
+        self.led, self.strand, self._trial = (*self.led, leader), [], False
+        self._in_vain.clear()
+        return Begin()
 
     def drop(self, robot: int) -> None:
         """A robot is no longer in place, if it was."""

@@ -6,8 +6,9 @@ Rule 1: without a goal the robot nearest to an obstacle leads (3). With a goal i
 Rule 2: the robot next in the strand is the nearest one that is left (III-C).
 Rule 3: robots that have not left their places in a former strand keep their order. Others that stand
         in front come in front, if no robot has to move for that. The rest come behind.
-Rule 4: after a leader has led in vain, the next leader is the one nearest to the goal of those that have not
-        led yet, or of all where all have.
+Rule 4: after a leader has led in vain, the next leader is, of the robots that have not led yet, the one
+        nearest to the goal; where all have led, the one that did so first: it may stand elsewhere now, and
+        so may those that stood in its way.
 """
 
 import math
@@ -107,5 +108,5 @@ def kept_order(places: Places, stayed: Sequence[int], front: Sequence[int]) -> t
 def other_order(places: Places, led: Sequence[int], goal: Point | None) -> tuple[int, ...]:
     """Rule 4."""
     waiting = {robot: pose for robot, pose in places.items() if robot not in led}
-    first = nearest_to(goal, waiting or places)
+    first = nearest_to(goal, waiting) if waiting else next(robot for robot in led if robot in places)
     return chain(places, first)

@@ -140,11 +140,11 @@ SETTINGS = {
             opens_ticks=100,
         ),
         Setting(
-            name="wall",
-            about="a wall is between the robots: two find no way to a place, and the first goes on",
+            name="orders",
+            about="a wall is between the robots, which try several orders in vain",
             places=((2.6, 1.5, 0.0), (1.4, 1.2, 0.0), (1.0, 1.8, 0.0)),
             obstacles=WALL,
-            opens_ticks=173,
+            opens_ticks=226,
             has_way_for_all=False,
         ),
         Setting(

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from clew.explore.explore import Round
     from clew.explore.setting import Setting
 
-SETTING_NAMES = ("start", "turns", "drive", "heal", "cut", "middle", "wall", "rejoin", "round", "late")
+SETTING_NAMES = ("start", "turns", "drive", "heal", "cut", "middle", "orders", "rejoin", "round", "late")
 RULE_NAMES = ("F1", "F2", "F3", "F4", "F5", "F6")
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 from msgspec.structs import replace
 
-from agents.coordinating.draft import Done, Draft, Give, Wait
+from agents.coordinating.draft import Begin, Done, Draft, Give, Wait
 from agents.liveness.timing import Timing
 from protocol.fence import Cause, Epoch
 from protocol.frames import Point, Pose
@@ -170,7 +170,7 @@ def test_a_draft_is_done_when_all_are_in_place() -> None:
     assert draft.next(there, 0.0, others_may_come_back=False) == Done()
 
 
-# --- rule 3: going on ---------------------------------------------------------------------------------
+# --- rule 3: other leaders ------------------------------------------------------------------------------
 
 
 def in_vain(draft: Draft, *robots: int) -> Draft:
@@ -179,8 +179,35 @@ def in_vain(draft: Draft, *robots: int) -> Draft:
     return draft
 
 
+def tried(draft: Draft, there: Reports) -> list[int]:
+    """Who leads, until the draft is done, where all turns are in vain."""
+    led = [settled(draft, there).strand[0]]
+    for _ in range(200):
+        match draft.next(there, 0.0, others_may_come_back=False):
+            case Give(robot):
+                draft.end_turn(robot, placed=False)
+            case Begin():
+                led.append(settled(draft, there).strand[0])
+            case Done():
+                return led
+            case Wait():
+                pass
+    raise AssertionError("it is never done")
+
+
+ACROSS = {1: (0.5, 0.0), 2: (0.0, 1.0), 3: (0.0, -1.0)}
+"""Robot 1 is the nearest to the goal. A strand has less way to drive if an end leads."""
+
+
+@pytest.mark.parametrize(("led", "then"), [((), [2, 1]), ((1,), [2]), ((1, 2, 3), [1])])
+def test_where_that_is_in_vain_the_nearest_to_the_goal_leads_that_has_not(
+    led: tuple[int, ...], then: list[int]
+) -> None:
+    assert tried(drafted(robots=3, led=led), reports(ACROSS)) == then
+
+
 @pytest.mark.parametrize("in_place", [(), (2,), (2, 3)])
-def test_those_in_place_go_on_at_once_if_no_robot_finds_a_way(in_place: tuple[int, ...]) -> None:
+def test_those_in_place_go_on_at_once_if_nobody_is_nearer_to_the_goal(in_place: tuple[int, ...]) -> None:
     there = reports(QUEUE)
     draft = in_vain(settled(drafted(), there, *in_place), *(set(QUEUE) - {1, *in_place}))
     assert draft.next(there, 0.0, others_may_come_back=False) == Done()

@@ -121,4 +121,4 @@ def test_where_leaders_have_led_in_vain_the_nearest_to_the_goal_leads_that_has_n
     three = {robot: QUEUE[robot] for robot in (1, 2, 3)}
     orders = [other_order(three, led, GOAL) for led in ((1,), (2,), (3, 1), (1, 2), (1, 2, 3))]
     assert orders == [(2, 1, 3), (1, 2, 3), (2, 1, 3), (3, 2, 1), (1, 2, 3)]
-    assert other_order(three, (3, 2, 1), GOAL) == (1, 2, 3), "where all have led, the nearest of all"
+    assert other_order(three, (3, 2, 1), GOAL) == (3, 2, 1), "where all have led, the one that did so first"
