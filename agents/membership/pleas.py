@@ -84,8 +84,10 @@ class Pleas:
         return list(self._asked)
 
     def let_in(self, robots: Iterable[int], now_s: float) -> None:
-        """A view has been proposed for these robots, or has found no way for them."""
+        """A view has been proposed for these robots, or has found no way for them; both count once."""
         for robot in robots:
+            if now_s < self._not_before_s.get(robot, 0.0):
+                continue
             wait_s = self.timing.plea_again_s * 2.0 ** self._let_in[robot]
             self._not_before_s[robot] = now_s + min(wait_s, self.timing.plea_again_s_max)
             self._let_in[robot] += 1

@@ -48,6 +48,13 @@ def test_the_same_robot_is_let_in_again_after_a_time_that_doubles_to_a_limit() -
     assert waited[-1] == most_s
 
 
+def test_a_view_that_was_proposed_for_a_robot_and_finds_no_way_for_it_counts_once() -> None:
+    pleas = Pleas(TIMING)
+    pleas.let_in([3], 0.0)
+    pleas.let_in([3], 0.5 * TIMING.plea_again_s)
+    assert _asks(pleas, 3, TIMING.plea_again_s)
+
+
 def test_a_robot_that_was_let_in_often_keeps_no_other_waiting() -> None:
     pleas = Pleas(TIMING)
     pleas.hear(3, 0.0, stranded=False, arrived=False)
