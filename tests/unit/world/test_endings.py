@@ -210,17 +210,23 @@ def test_a_robot_of_which_the_newest_formation_says_it_stays_stranded() -> None:
     assert ends_within(stage, STRANDED_S + 1.0) is Ending.STRANDED
 
 
-def test_robots_that_are_stranded_again_after_an_arrival_are_not_waited_for() -> None:
+@pytest.mark.parametrize("drives_on", [False, True])
+def test_robots_that_are_stranded_again_after_an_arrival_are_waited_for_only_if_a_body_moves_on(
+    *, drives_on: bool
+) -> None:
     stage = running(time={"time_s_max": 500.0})
     stage.tick(SECOND)
-    endings = []
-    for _ in range(2):
+    for again in (False, True):
         epoch = stage.fence.epoch.next(1, life_of(1)).number
         stage.write(1, RobotStranded(epoch=epoch, robot=2, reason="a body plugs the way"))
         stage.form()
+        if again and drives_on:
+            stage.order(1, Point(x_m=0.12, y_m=0.0))
+            stage.tick(SECOND)
         stage.write(1, RobotArrived(progress_m=1.0))
-        endings.append(ends_within(stage, 1.0))
-    assert endings == [None, Ending.STRANDED]
+        ending = ends_within(stage, 1.0)
+        assert ending is (Ending.STRANDED if again and not drives_on else None)
+    assert ends_within(stage, STRANDED_S) is Ending.STRANDED
 
 
 def test_robots_that_join_another_view_have_not_arrived() -> None:
