@@ -47,6 +47,21 @@ def test_a_step_into_a_wall_is_shortened_to_what_is_certified(
     assert driven.clearance_m >= driven.planned.promised_clearance_m >= MISSION.epsilon_m - 1e-9
 
 
+class Fickle(float):
+    """A number that is another one when it is made plain."""
+
+    def __float__(self) -> float:
+        return -5.0
+
+
+def test_a_number_of_a_law_is_checked_as_it_is_driven(use: Callable[[Law], None]) -> None:
+    """Else a step of -5 m is certified as one of 0.5 m: it leads through what is behind."""
+    use(lambda _: Step(0.0, Fickle(0.5), cost_to_go_m=1.0))
+    refused = step_through([wall((-1.0, -1.0), (-1.0, 1.0))], MISSION)
+    assert isinstance(refused, NoStep)
+    assert "got 0.0 rad and -5.0 m" in refused.reason
+
+
 def test_a_step_of_which_nothing_is_certified_is_refused(use: Callable[[Law], None]) -> None:
     use(lambda seen: seen.step_to((1.0, 0.0)))
     refused = step_through([wall((0.2, -1.0), (0.2, 1.0))], MISSION)
@@ -119,7 +134,7 @@ def raising_half_a_character(_: Seen) -> Step:
         (lambda _: Step(math.nan, 1.0), "got nan rad and 1.0 m"),
         (lambda _: Step(0.0, math.inf), "got 0.0 rad and inf m"),
         (lambda _: Step(0.0, -1.0), "got 0.0 rad and -1.0 m"),
-        (lambda _: Step("east", 1.0), "TypeError"),  # type: ignore[arg-type] # not every user has types
+        (lambda _: Step("east", 1.0), "could not convert string"),  # type: ignore[arg-type] # not every user has types
         (lambda _: Step(0.0, 1.0, gap=7), "gap 7 of 0"),
         (lambda _: Step(0.0, 1.0, cost_to_go_m=math.nan), "no cost nan"),
         (lambda _: (0.0, 1.0), "it proposes no step but tuple"),
