@@ -171,12 +171,13 @@ def _whole(step: object, *, gaps: int) -> Step:
         raise TypeError(f"it proposes no step but {type(step).__name__}")
     # Plain before they are checked: what a law takes for a number may be another one when it is read again.
     heading_rad, length_m = float(step.heading_rad), float(step.length_m)
-    gap, cost_m = (each if each is None else float(each) for each in (step.gap, step.cost_to_go_m))
+    gap = None if step.gap is None else int(step.gap)
+    cost_m = None if step.cost_to_go_m is None else float(step.cost_to_go_m)
     if not math.isfinite(heading_rad) or not 0.0 <= length_m < math.inf:
         raise ValueError(f"a step needs a heading and a length, got {heading_rad} rad and {length_m} m")
     if gap not in {None, *range(gaps)} or not 0.0 <= (cost_m or 0.0) < math.inf:
         raise ValueError(f"a step has no gap {gap} of {gaps}, or no cost {cost_m}")
-    return Step(wrap(heading_rad), length_m, None if gap is None else int(gap), cost_m)
+    return Step(wrap(heading_rad), length_m, gap, cost_m)
 
 
 def _certified(step: Step, seen: Seen) -> Step | Refused:
