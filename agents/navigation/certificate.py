@@ -124,10 +124,12 @@ def promised_clearance_m(view: View, target: Floats, robots: Flags, mission: Mis
         view: the scan that the step was planned from; the step begins at its position.
         target: where the step ends (2,) [m; world frame].
         robots: the directions of the scan that hit the robot directly behind. It is no obstacle: grants keep
-            the distance to it. What it hides may be one. Robots further behind count as obstacles.
+            the distance to it. What it hides may be one. Robots further behind count as obstacles; so does
+            all that is hit where obstacles move: one that moves may be where the robot may be, and hide more.
         mission: the robot's mission.
     """
-    seen = sure(_past_hulls(view, robots, mission), mission)
+    past = view if mission.obstacles_move else _past_hulls(view, robots, mission)
+    seen = sure(past, mission)
     # The arcs are enough: what lies further along a ray from where a step begins is further from the step.
     apart_m = segments_apart(view.position, target, seen.starts, seen.ends)
     return max(0.0, float(apart_m.min()) - mission.robot_radius_m)

@@ -11,6 +11,7 @@ from clew.log import timeline
 from clew.log.check import check
 from clew.rehearsal.recorded import rehearse
 from clew.rehearsal.rehearsal import Rehearsal
+from protocol import laws
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan, uniform
 from protocol.faults.rules import Freeze
@@ -190,3 +191,52 @@ def test_no_body_is_sent_on_its_way_before_its_first_scan_in_an_epoch_even_if_ha
 ) -> None:
     rehearsal = Rehearsal(load(name), seed, uniform(loss=0.5)).run()
     assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
+
+
+LID = """
+name = "lid"
+[fleet]
+robots = 2
+robot_radius_m = 0.1
+separation_m = 0.05
+link_length_m_max = 3.0
+places = [[0.0, 0.0, 1.5708], [-1.0, 0.0, 3.1416]]
+[law]
+law = "up"
+epsilon_m = 0.3
+mu0_m = 0.02
+[goal]
+at_m = [0.0, 1.4]
+tolerance_m = 0.1
+[sensor]
+directions = 720
+range_m_max = 4.0
+[drive]
+speed_mps = 0.5
+speed_mps_min = 0.05
+speed_mps_max = 1.0
+turn_rate_radps = 1.0
+[time]
+time_s_max = 20.0
+[[obstacle]]
+shape = "circle"
+centre_m = [-0.1, -0.42]
+radius_m = 0.02
+[[moving]]
+id = "lid"
+shape = "polygon"
+vertices_m = [[-0.2, -0.025], [0.2, -0.025], [0.2, 0.025], [-0.2, 0.025]]
+track = [[0.0, -0.18, -1.0], [1.6, -0.18, -0.14], [6.0, -0.18, -0.14], [8.2, -0.18, -1.2]]
+"""
+
+
+def test_what_may_be_the_robot_behind_may_hide_more_where_obstacles_move(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """S4: a lid comes to where the follower may be; a post is nearer behind it than behind a hull."""
+    monkeypatch.setattr(laws, "_registered", {})
+    laws.register("up", lambda seen: seen.step_to((0.0, 0.7 if seen.position[1] < 0.5 else 1.4)))
+    (path := tmp_path / "lid.toml").write_text(LID)
+    rehearsal = Rehearsal(load(str(path)), 1, Plan(name="test", rules=())).run()
+    assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
+    assert rehearsal.world.ending is Ending.ARRIVED
