@@ -200,7 +200,7 @@ robots = 2
 robot_radius_m = 0.1
 separation_m = 0.05
 link_length_m_max = 3.0
-places = [[0.0, 0.0, 1.5708], [-1.0, 0.0, 3.1416]]
+places = [[0.0, 0.0, 1.5708], [-1.0, 0.0, 3.1415]]
 [law]
 law = "up"
 epsilon_m = 0.3
