@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from protocol.arrays import Floats
-from protocol.mission import RAYS_MAX, Mission
+from protocol.mission import DRIVE_SHARE, RAYS_MAX, Mission
 from protocol.sweep import TOUCHING_M
 
 LENGTHS = 8  # of legs tried
@@ -31,14 +31,16 @@ def hull_hides(leg_m: float, rays: int, mission: Mission) -> bool:
 
     Its hull hides everything behind it, out to the first ray that passes. From a short way off that may be
     beside the way, and not beyond its end, where an obstacle keeps off as it does from the robot ahead. That
-    robot may have passed it by a little less than a step keeps (`agents.membership.joining`, rule 2).
+    robot may have passed it by a little less than a step keeps (`agents.membership.joining`, rule 2). And
+    the robot that drives on the leg may be off it by a drive's error.
 
     The body of a robot that is left out may be nearer to the hull than that: the separation may be far below
     epsilon. But it is as wide as the hull, so it reaches out of the hull's shadow before the way ends, at no
     more than epsilon from the way, where it is seen. So there is no bound for the separation.
     """
-    needs_m = mission.robot_radius_m + mission.epsilon_m - mission.mu0_m
-    keeps_m = needs_m + (1.0 - PASSED_SHARE) * mission.mu0_m
+    promised_m = mission.robot_radius_m + mission.epsilon_m - mission.mu0_m
+    keeps_m = promised_m + (1.0 - PASSED_SHARE) * mission.mu0_m
+    needs_m = promised_m + DRIVE_SHARE * mission.mu0_m * min(1.0, leg_m / mission.range_m_max)
     edge_rad = math.asin(min(1.0, mission.robot_radius_m / max(leg_m, TOUCHING_M))) + math.tau / rays
     beside_rad = edge_rad - math.acos(min(1.0, leg_m * math.sin(edge_rad) / keeps_m))
     return keeps_m * math.cos(max(0.0, beside_rad)) < needs_m

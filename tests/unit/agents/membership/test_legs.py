@@ -30,6 +30,7 @@ MISSION = replace(
     range_error_m_max=0.0,
 )
 POST_M = 0.004  # its radius: out to 1.8 m it fits between no two rays
+PIN_M = 0.0005  # of a thinner one: out to 1.1 m it fits between no two of 7,200 rays
 HERE = np.array([0.0, 0.0])
 
 
@@ -52,6 +53,22 @@ def test_on_a_clear_leg_no_post_is_too_near_that_the_robot_ahead_may_hide(leg_m:
         post = ahead + off_m * np.array([-math.sin(turn_rad), math.cos(turn_rad)])
         apart_m = float(distances_to_segments(post, HERE, ahead)) - POST_M - radius_m
         if leg_is_clear(sees(post, ahead), ahead, MISSION):
+            assert apart_m >= promised_m, f"{math.degrees(turn_rad):.1f} degrees"
+
+
+@pytest.mark.parametrize("leg_m", [0.43, 0.44, 0.45])
+def test_on_a_clear_leg_no_post_is_too_near_to_a_robot_that_is_off_it_by_a_drives_error(leg_m: float) -> None:
+    """The post is as near to the robot ahead as that may stand to it, and the range is short."""
+    mission = replace(MISSION, epsilon_m=0.02, mu0_m=0.01, separation_m=0.02, range_m_max=0.51)
+    mission = replace(mission, directions=7200)
+    ahead, error_rad = np.array([leg_m, 0.0]), 0.25 * mission.mu0_m / mission.range_m_max
+    radius_m, promised_m = mission.robot_radius_m, mission.epsilon_m - mission.mu0_m
+    off_m = radius_m + promised_m + 0.25 * mission.mu0_m + PIN_M
+    end = leg_m * np.array([math.cos(error_rad), math.sin(error_rad)])
+    for turn_rad in np.linspace(0.0, math.pi / 4.0, 181):
+        post = ahead + off_m * np.array([-math.sin(turn_rad), math.cos(turn_rad)])
+        apart_m = float(distances_to_segments(post, HERE, end)) - PIN_M - radius_m
+        if leg_is_clear(sees(post, ahead, PIN_M, mission), ahead, mission):
             assert apart_m >= promised_m, f"{math.degrees(turn_rad):.1f} degrees"
 
 
@@ -99,7 +116,7 @@ COARSE = replace(
     MISSION,
     robot_radius_m=0.1,
     epsilon_m=0.1,
-    mu0_m=0.012,
+    mu0_m=0.02,
     separation_m=0.05,
     directions=80,
     range_m_max=2.4,
