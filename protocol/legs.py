@@ -32,7 +32,8 @@ def hull_hides(leg_m: float, rays: int, mission: Mission) -> bool:
     Its hull hides everything behind it, out to the first ray that passes. From a short way off that may be
     beside the way, and not beyond its end, where an obstacle keeps off as it does from the robot ahead. That
     robot may have passed it by a little less than a step keeps (`agents.membership.joining`, rule 2). And
-    the robot that drives on the leg may be off it by a drive's error.
+    the robot that drives on the leg may be off it by a drive's error. An obstacle that moves may stand beside
+    the robot ahead, or over it, and hide as much as counts as its hull.
 
     The body of a robot that is left out may be nearer to the hull than that: the separation may be far below
     epsilon. But it is as wide as the hull, so it reaches out of the hull's shadow before the way ends, at no
@@ -41,6 +42,7 @@ def hull_hides(leg_m: float, rays: int, mission: Mission) -> bool:
     promised_m = mission.robot_radius_m + mission.epsilon_m - mission.mu0_m
     keeps_m = promised_m + (1.0 - PASSED_SHARE) * mission.mu0_m
     needs_m = promised_m + DRIVE_SHARE * mission.mu0_m * min(1.0, leg_m / mission.range_m_max)
-    edge_rad = math.asin(min(1.0, mission.robot_radius_m / max(leg_m, TOUCHING_M))) + math.tau / rays
+    hull_m = mission.hull_reach_m if mission.obstacles_move else mission.robot_radius_m
+    edge_rad = math.asin(min(1.0, hull_m / max(leg_m, TOUCHING_M))) + math.tau / rays
     beside_rad = edge_rad - math.acos(min(1.0, leg_m * math.sin(edge_rad) / keeps_m))
     return keeps_m * math.cos(max(0.0, beside_rad)) < needs_m

@@ -72,6 +72,25 @@ def test_on_a_clear_leg_no_post_is_too_near_to_a_robot_that_is_off_it_by_a_drive
             assert apart_m >= promised_m, f"{math.degrees(turn_rad):.1f} degrees"
 
 
+@pytest.mark.parametrize("leg_m", [0.46, 0.48, 0.53, 0.6])
+def test_on_a_clear_leg_no_post_is_too_near_that_a_lid_over_the_robot_ahead_may_hide(leg_m: float) -> None:
+    """An obstacle that moves may stand over a robot: it counts as the hull, and hides more."""
+    mission = replace(MISSION, epsilon_m=0.02, mu0_m=0.01, separation_m=0.02, range_m_max=0.8)
+    mission = replace(mission, directions=7200, obstacle_speed_mps_max=0.02)
+    ahead, promised_m = np.array([leg_m, 0.0]), mission.epsilon_m - mission.mu0_m
+    off_m = mission.robot_radius_m + promised_m + 0.25 * mission.mu0_m + PIN_M
+    lid = np.array([[*ahead, mission.hull_reach_m - 1e-4]])
+    bearings = scan_bearings_rad(mission.directions)
+    for turn_rad in np.linspace(0.0, math.pi / 4.0, 91):
+        post = ahead + off_m * np.array([-math.sin(turn_rad), math.cos(turn_rad)])
+        ground = ground_of((Circle(centre_m=(float(post[0]), float(post[1])), radius_m=PIN_M),))
+        ranges = cast(ground, HERE, bearings, range_m_max=mission.range_m_max, discs=lid)
+        view = View(HERE, bearings, ranges, ranges < mission.range_m_max, 0.0)
+        apart_m = float(distances_to_segments(post, HERE, ahead)) - PIN_M - mission.robot_radius_m
+        if leg_is_clear(without_hulls(view, ahead[None], mission), ahead, mission):
+            assert apart_m >= promised_m, f"{math.degrees(turn_rad):.1f} degrees"
+
+
 @pytest.mark.parametrize("separation_m", [0.0, 0.02, 0.03])
 def test_on_a_clear_leg_no_body_is_too_near_that_the_robot_ahead_may_hide_however_near_it_stands_to_that(
     separation_m: float,
