@@ -346,9 +346,8 @@ class World:
         if living and tally.arrived >= living:
             return Ending.ARRIVED
         if tally.arrived & living and tally.arrived | tally.stranded.keys() >= living:
-            since_s = max(tally.arrived_s, tally.stranded_s, tally.disturbed_s or 0.0)
             is_final = tally.stranded_again and self.arena.moved_s <= tally.stranded_s
-            if is_final or self.now_s - since_s >= STRANDED_S:
+            if is_final or self.now_s - tally.changed_s >= STRANDED_S:
                 return Ending.STRANDED
         if tally.route_lost is not None:
             return Ending.ROUTE_LOST

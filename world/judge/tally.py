@@ -201,6 +201,11 @@ class Tally:
             before, self._left_out = self._left_out, frozenset(self.stranded)
             self.stranded_again = self.arrived_s > 0.0 and bool(before) and before == self._left_out
 
+    @property
+    def changed_s(self) -> float:
+        """When a robot last arrived, was stranded or disturbed, or a formation was made."""
+        return max(self.arrived_s, self.stranded_s, self.disturbed_s or 0.0)
+
     def _disturb(self, t_s: float) -> None:
         self.disturbed_s = max(self.disturbed_s or 0.0, t_s)
         self.stranded_again, self._left_out = False, frozenset()
