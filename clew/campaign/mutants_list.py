@@ -61,6 +61,7 @@ MUTANTS = (
         "agents/body/driver.py",
         "        number = max(self.odometry.ordered, int(self.odometry.t_s * NUMBERS_PER_S)) + LATE_ORDERS\n",
         "        number = 0\n",
+        seed=27,
     ),
     _mutant(
         "no-checksum",
@@ -92,6 +93,7 @@ MUTANTS = (
                 "        return self.robot_radius_m + max(self.clear_m - 0.015, ",
             ),
         ),
+        seed=31,
     ),
     _mutant(
         "neighbours-uncompared",
@@ -191,7 +193,7 @@ MUTANTS = (
         "agents/strand/leader.py",
         "(self._goal - position))) <= self._mission.goal_tolerance_m\n",
         "(self._goal - position))) <= self._mission.goal_tolerance_m + 0.33\n",
-        seed=3,
+        seed=5,
     ),
     _mutant(
         "arrives-on-its-way",
@@ -249,7 +251,7 @@ MUTANTS = (
         "protocol/path.py",
         "        return tuple(self._vertices[first : first + most])\n",
         "        return tuple(self._vertices[first : first + most][::-1])\n",
-        seed=3,
+        seed=6,
     ),
     _mutant(
         "learns-over-gaps",

@@ -254,7 +254,7 @@ OF_VIEWS = (
             ),
             Edit("agents/membership/membership.py", "        self._senses.forget()\n", ""),
         ),
-        seed=25,
+        seed=54,
     ),
     mutant(
         "neighbours-hide-nothing",
