@@ -8,11 +8,23 @@ import pytest
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.errors import UsageError
 from protocol.faults.plan import Plan
-from protocol.faults.rules import Kill
+from protocol.faults.rules import Kill, Rule
 from tests.support.scenes.arches import pointed_arch
 from world.judge.ending import Ending
 from world.judge.judgement import judge
 from world.scenario.scenario import Scenario, load
+
+
+def written(folder: Path, text: str) -> Scenario:
+    (path := folder / "scenario.toml").write_text(text)
+    return load(str(path))
+
+
+def arrives_without_a_breach(scenario: Scenario, *rules: Rule) -> bool:
+    rehearsal = Rehearsal(scenario, 1, Plan(name="test", rules=rules)).run()
+    assert judge(scenario, rehearsal.entries).breaches == ()
+    return rehearsal.world.ending is Ending.ARRIVED
+
 
 FEW_RAYS = """
 name = "few-rays"
@@ -43,9 +55,7 @@ time_s_max = 120.0
 
 
 def few_rays(folder: Path, *, robots: int = 3) -> Scenario:
-    path = folder / "few-rays.toml"
-    path.write_text(FEW_RAYS.replace("robots = 3", f"robots = {robots}"))
-    return load(str(path))
+    return written(folder, FEW_RAYS.replace("robots = 3", f"robots = {robots}"))
 
 
 def test_within_the_range_in_use_no_robot_fits_between_two_rays(tmp_path: Path) -> None:
@@ -57,10 +67,7 @@ def test_within_the_range_in_use_no_robot_fits_between_two_rays(tmp_path: Path) 
 
 def test_a_leader_does_not_drive_through_a_dead_robot_that_fits_between_two_rays(tmp_path: Path) -> None:
     """F6 (c): the dead robot stands 2.5 m ahead, halfway between two rays that are 10 degrees apart."""
-    scenario = few_rays(tmp_path)
-    rehearsal = Rehearsal(scenario, 1, Plan(name="test", rules=(Kill(from_s=0.3, target="r1"),))).run()
-    assert judge(scenario, rehearsal.entries).breaches == ()
-    assert rehearsal.world.ending is Ending.ARRIVED
+    assert arrives_without_a_breach(few_rays(tmp_path), Kill(from_s=0.3, target="r1"))
 
 
 BESIDE = """
@@ -92,8 +99,7 @@ time_s_max = 60.0
 
 def beside(folder: Path, *, separation_m: float, x_m: float) -> Scenario:
     """Robot 2 stands beside the leg from robot 3 to robot 1, so far from robot 1."""
-    (path := folder / "beside.toml").write_text(BESIDE.format(separation_m=separation_m, x_m=x_m))
-    return load(str(path))
+    return written(folder, BESIDE.format(separation_m=separation_m, x_m=x_m))
 
 
 def test_no_dead_robot_beside_the_robot_ahead_is_taken_for_that(tmp_path: Path) -> None:
@@ -101,9 +107,7 @@ def test_no_dead_robot_beside_the_robot_ahead_is_taken_for_that(tmp_path: Path) 
     with pytest.raises(UsageError, match=r"separation_m: must be >= 2 mu0_m .* a robot counts as another"):
         beside(tmp_path, separation_m=0.001, x_m=0.06)  # robot 3 would drive through robot 2, 0.014 m deep
     scenario = beside(tmp_path, separation_m=0.294, x_m=0.36)
-    rehearsal = Rehearsal(scenario, 1, Plan(name="test", rules=(Kill(from_s=0.05, target="r2"),))).run()
-    assert judge(scenario, rehearsal.entries).breaches == ()
-    assert rehearsal.world.ending is Ending.ARRIVED
+    assert arrives_without_a_breach(scenario, Kill(from_s=0.05, target="r2"))
 
 
 HIDDEN = """
@@ -145,12 +149,7 @@ vertices_m = [[1.0465, 0.1688], [1.244, 0.2001], [1.2127, 0.3976], [1.0152, 0.36
 
 def test_the_tail_passes_a_corner_that_the_leader_hides_beside_its_leg(tmp_path: Path) -> None:
     """The strand lies in a hook: the leader stands at the goal, beside the leg of the tail, hiding a box."""
-    path = tmp_path / "hidden.toml"
-    path.write_text(HIDDEN)
-    scenario = load(str(path))
-    rehearsal = Rehearsal(scenario, 1).run()
-    assert judge(scenario, rehearsal.entries).breaches == ()
-    assert rehearsal.world.ending is Ending.ARRIVED
+    assert arrives_without_a_breach(written(tmp_path, HIDDEN))
 
 
 ARCH = """
@@ -188,13 +187,8 @@ def test_a_leader_keeps_off_a_tip_of_many_blunt_corners_between_two_rays(
 ) -> None:
     """S1: the post is as wide as the rays are apart where they hit it; its tip stands 0.5 m before that."""
     post = pointed_arch(width_m=0.6, tip_m=tip_m, bearing_rad=math.pi / 36.0)
-    (path := tmp_path / "arch.toml").write_text(
-        f"{ARCH}vertices_m = {[list(each) for each in post.vertices_m]}\n"
-    )
-    scenario = load(str(path))
-    rehearsal = Rehearsal(scenario, 1, Plan(name="test", rules=())).run()
-    assert judge(scenario, rehearsal.entries).breaches == ()
-    assert rehearsal.world.ending is Ending.ARRIVED
+    vertices_m = [list(each) for each in post.vertices_m]
+    assert arrives_without_a_breach(written(tmp_path, f"{ARCH}vertices_m = {vertices_m}\n"))
 
 
 NEEDLE = """
@@ -229,8 +223,4 @@ vertices_m = [[0.994, 0.113], [2.685, 0.282], [2.680, 0.329]]
 
 def test_on_a_leg_no_needle_is_too_near_that_two_rays_pass_up_to_their_range(tmp_path: Path) -> None:
     """S1: it comes from beyond the range, to 0.11 m beside the way to the robot ahead."""
-    (path := tmp_path / "needle.toml").write_text(NEEDLE)
-    scenario = load(str(path))
-    rehearsal = Rehearsal(scenario, 1, Plan(name="test", rules=())).run()
-    assert judge(scenario, rehearsal.entries).breaches == ()
-    assert rehearsal.world.ending is Ending.ARRIVED
+    assert arrives_without_a_breach(written(tmp_path, NEEDLE))
