@@ -127,19 +127,15 @@ def _states(lines: Iterable[Line]) -> Columns:
 
 
 def _waits(lines: Iterable[Line]) -> Columns:
-    names = ("robot", "whom", "why", "from_s", "to_s", "wait_s")
-    rows = [
-        {
-            "robot": wait.robot,
-            "whom": wait.whom,
-            "why": wait.why,
-            "from_s": wait.from_s,
-            "to_s": wait.to_s,
-            "wait_s": None if wait.to_s is None else wait.to_s - wait.from_s,
-        }
-        for wait in waits_of(lines)
-    ]
-    return _by_name(names, rows)
+    waits = waits_of(lines)
+    return {
+        "robot": [wait.robot for wait in waits],
+        "whom": [wait.whom for wait in waits],
+        "why": [wait.why for wait in waits],
+        "from_s": [wait.from_s for wait in waits],
+        "to_s": [wait.to_s for wait in waits],
+        "wait_s": [wait.wait_s for wait in waits],
+    }
 
 
 def _entries(lines: Sequence[Line]) -> Columns:

@@ -57,6 +57,11 @@ class Wait:
     to_s: float | None
     """None: it had not ended."""
 
+    @property
+    def wait_s(self) -> float | None:
+        """How long it was; None: it had not ended."""
+        return None if self.to_s is None else self.to_s - self.from_s
+
 
 @dataclass(slots=True)
 class _Waits:
