@@ -14,7 +14,7 @@ from agents.robot import Robot
 from clew.rehearsal.actor import Actor, Desk
 from clew.rehearsal.tokens import Tokens
 from protocol.errors import UsageError
-from protocol.faults.fit import check_fits
+from protocol.faults.fit import called, check_fits
 from protocol.faults.message_faults import MessageFaults
 from protocol.faults.plan import Plan
 from protocol.faults.process_faults import ProcessAction, ProcessFault
@@ -148,6 +148,5 @@ def check_rehearsable(plan: Plan, mission: Mission, source: str | None = None) -
     for rule in plan.rules:
         if isinstance(rule, Slow) and rule.target == WORLD:
             raise UsageError(
-                f"{source or f'fault plan {plan.name}'}: {rule.name} slows the world, which only a live run "
-                "can do"
+                f"{called(plan, source)}: {rule.name} slows the world, which only a live run can do"
             )

@@ -43,7 +43,12 @@ def check_fits(plan: Plan, *, robots: int, source: str | None = None) -> None:
     """
     for place, rule in enumerate(plan.rules):
         for misfit in misfits(rule, robots=robots):
-            raise UsageError(f"{source or f'fault plan {plan.name}'}: $.rule[{place}]{misfit}")
+            raise UsageError(f"{called(plan, source)}: $.rule[{place}]{misfit}")
+
+
+def called(plan: Plan, source: str | None) -> str:
+    """A plan in a refusal: as its user named it, or by its own name."""
+    return source or f"fault plan {plan.name}"
 
 
 def misfits(rule: Rule, *, robots: int) -> Iterator[str]:
