@@ -4,7 +4,7 @@ Rule 1: simulated time advances only by ticks. Wall-clock time is an argument an
         processes: which are missing, which have died, and how long the last messages may take.
 Rule 2: `running` ends on the first of these, and is followed by `over`, `closing`, and the judgement:
         - every living robot has arrived;
-        - of the living some have arrived, all others are stranded, for `STRANDED_S`, or so again after that;
+        - of the living some have arrived, the rest is stranded for `STRANDED_S`, or again, and nothing moved;
         - the leader has lost its route, or a loss has not healed within `HEAL_S_MAX`;
         - the time limit; all robots, or the router, stay away; a request to end.
 Rule 3: without a router no robot can be heard, and no robot is declared dead for that silence.
