@@ -13,8 +13,9 @@ whole obstacle, so it enters through the chord A B. If it has one corner T, its 
 that chord with T on top, both sides leave P A B through the chord, and T sees the chord at an angle of at
 least gamma; so does every point of K, since all are in the triangle A B T. K may have several corners, each
 blunter than gamma: a pointed arch of the least width, cut at its feet, has nowhere a shorter way across, and
-sees its feet at 60 degrees from its tip. That nothing sees the chord at less than 60 degrees and gamma was
-searched, not proved (`docs/assumptions.md`), and that four corners need no such limit.
+sees its feet at 60 degrees from its tip. That nothing sees the chord at less than 60 degrees and gamma is
+proved for convex obstacles without acute corners (`docs/navigation.md`). For others it was searched, as it was
+that four corners need no such limit.
 
 The place nearest to P from which A and B are seen at gamma is the apex over equal ranges: a hit that is moved
 back along its ray, away from P, is seen at a smaller angle. So with m the nearer one of both ranges and s the
