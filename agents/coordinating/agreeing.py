@@ -1,7 +1,7 @@
 """What a view agrees on, from the reports of its members. Pure."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from msgspec.structs import replace
@@ -35,6 +35,8 @@ class Intent:
     cause: Cause
     led_by: int = 0
     """The leader of the last strand; 0: there was none."""
+    neighbours: Mapping[int, Point] = field(default_factory=dict)
+    """Where its neighbours in former strands were when it last heard them."""
     turnabout: Turnabout | None = None
     """DEAD_END: how the strand is to turn round."""
     ended: Epoch | None = None
@@ -58,8 +60,6 @@ class Agreement:
     intent: Intent
     sensed: bool
     """Whether robots took scans to find the order."""
-    neighbours: Mapping[int, Point]
-    """Where its neighbours in former strands were when it last heard them."""
     path_bounds: Bounds | None = None
     """In which the path is laid."""
 
@@ -105,7 +105,7 @@ class Agreement:
 
     def _in_the_way(self, robot: int, ahead: int, reports: Reports) -> int | None:
         """Whose body stands between two robots, as far as is known: the nearest of those that are lost."""
-        lost = [(each, place) for each, place in self.neighbours.items() if each not in reports]
+        lost = [(each, place) for each, place in self.intent.neighbours.items() if each not in reports]
         way = positions(places_of(reports), (robot, ahead))
         off_m = [float(distances_to_segments(xy(place), *way)) for _, place in lost]
         return lost[int(np.argmin(off_m))][0] if lost else None

@@ -28,7 +28,6 @@ from agents.coordinating.turns import Turns
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
 from protocol.fence import Epoch, Fence, May
-from protocol.frames import Point
 from protocol.mission import Mission
 from protocol.wire.codec import fits
 from protocol.wire.messages import Odometry
@@ -49,7 +48,6 @@ class Coordinator:
         timing: Timing,
         suspicion: Suspicion,
         intent: Intent,
-        neighbours: Mapping[int, Point],
         now_s: float,
     ) -> None:
         self._robot = robot
@@ -57,8 +55,7 @@ class Coordinator:
         self._mission = mission
         self._timing = timing
         self._suspicion = suspicion
-        sensed, path_bounds = mission.goal is None, mission.path_bounds
-        self._agreement = Agreement(robot, epoch, intent, sensed, neighbours, path_bounds)
+        self._agreement = Agreement(robot, epoch, intent, mission.goal is None, mission.path_bounds)
         self._began_s = now_s
         self._questions = Questions(mission, timing)
         self.phase = Phase.GATHERING

@@ -100,7 +100,8 @@ class Membership:
             self._past = self._past.with_places(self._reporter.places)
         if self.member is not None:
             self._past = self._past.with_strand(self.member)
-        intent, epoch = self._proposing.intent(self.member), self._fence.epoch
+        intent = self._proposing.intent(self.member, self._past.neighbours)
+        epoch = self._fence.epoch
         self.member = self._reporter = self.coordinator = None
         self._assembly = Assembly()
         self._pleas.forget()
@@ -118,7 +119,6 @@ class Membership:
                 timing=self._proposing.timing_in(epoch),
                 suspicion=self.suspicion,
                 intent=intent,
-                neighbours=self._past.neighbours,
                 now_s=now_s,
             )
         return [Note(ViewJoined(epoch=epoch.number))]

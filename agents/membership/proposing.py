@@ -11,6 +11,8 @@ Rule 4: a robot that is left out, and has no answer from the leader, proposes on
 """
 
 import math
+from collections.abc import Mapping
+from dataclasses import replace
 
 from agents.commands import Command, Note
 from agents.coordinating.agreeing import Intent
@@ -21,6 +23,7 @@ from agents.membership.pleas import Pleas
 from agents.membership.reporting import Reporter
 from agents.strand.member import Member
 from protocol.fence import Cause, Epoch, Fence, May
+from protocol.frames import Point
 from protocol.timeline import LinkBroken, StrandDissolved, StrandReversed
 from protocol.wire.messages import Odometry
 
@@ -59,17 +62,16 @@ class Proposing:
         heard_s = 0.0 if reporter is None else reporter.heard_at_s
         return now_s - max(heard_s, self._leader_heard_s) > for_s
 
-    def intent(self, member: Member | None) -> Intent:
+    def intent(self, member: Member | None, neighbours: Mapping[int, Point]) -> Intent:
         """What this robot has proposed the newest view for; to be asked before it leaves its strand."""
         reason = self._raising.reason
-        cause = Cause.START if reason is None else reason.cause
+        intent = Intent(Cause.START if reason is None else reason.cause, self._led_by, neighbours)
         wish = None if member is None else member.wish
-        if member is None or wish is None or wish.cause is not cause:
-            return Intent(cause, self._led_by)
+        if member is None or wish is None or wish.cause is not intent.cause:
+            return intent
         formation = member.formation
-        return Intent(
-            cause,
-            self._led_by,
+        return replace(
+            intent,
             turnabout=wish.turnabout,
             ended=formation.epoch,
             robots=formation.members,

@@ -96,7 +96,6 @@ class Fleet:
             timing=timing,
             suspicion=self.suspicion,
             intent=Intent(Cause.NO_WAY, 2),
-            neighbours={},
             now_s=0.0,
         )
         led = Counters(led_in_vain=(2, 1))

@@ -50,7 +50,7 @@ def test_a_robot_that_was_left_out_leads_if_two_leaders_of_the_strand_knew_no_wa
     members = {robot: report(robot, Former(epoch=ENDED, rank=robot - 1)) for robot in (1, 2, 3)}
     counters = Counters(turns=turns, led_in_vain=led)
     reports = {robot: replace(each, counters=counters) for robot, each in {**members, **outside}.items()}
-    agreement = Agreement(2, EPOCH, Intent(Cause.PLEA, 2), sensed=False, neighbours={})
+    agreement = Agreement(2, EPOCH, Intent(Cause.PLEA, 2), sensed=False)
     assert agreement.led_in_vain(reports) == then
     assert agreement.counters(reports).led_in_vain == led, "what is told counts leaders only"
 
@@ -62,7 +62,7 @@ def test_a_formation_has_as_many_robots_as_a_message_can_tell_and_the_others_lea
         robot: replace(report(robot), place=place, life=2**62 + robot)
         for robot, place in zip(robots, places, strict=True)
     }
-    agreement = Agreement(2, EPOCH, Intent(Cause.START), sensed=False, neighbours={})
+    agreement = Agreement(2, EPOCH, Intent(Cause.START), sensed=False)
     plan = agreement.drafted(robots, {}, frozenset(), reports, turn=1)
     Outbox().add(plan.as_record(), t_s=0.0, hlc="")  # else the coordinator would end here
     assert 1000 < len(plan.order) < ROBOTS_MAX

@@ -36,7 +36,7 @@ def told(had_turn: set[int], *, is_made: bool) -> dict[int, Answer]:
     questions = Questions(under("certified", robots=3), TIMING)
     telling = Telling(EPOCH, TIMING, reported, questions, turns, now_s=0.0)
     if is_made:
-        agreement = Agreement(1, EPOCH, Intent(Cause.START), sensed=False, neighbours={})
+        agreement = Agreement(1, EPOCH, Intent(Cause.START), sensed=False)
         telling.tell(agreement.drafted(PLACED, {}, frozenset(), reported.counted, turn=9), 0.0)
     odometry = Odometry(
         n=1, t_s=0.0, pose=report(1).place, moving=False, finished=0, fence=Fence(), phase=Phase.RUNNING
