@@ -1,7 +1,7 @@
 """How bodies move, from their sampled poses: S3, and the parts of F1 and F3 that motion shows.
 
 Rule 1 (S3): a body moves only with an accepted order, straight from the place of acceptance towards the
-        target, and no faster than robots drive.
+        target, and no faster than robots drive. So one that has come to the target stands.
 Rule 2 (F1): a body moves only while its newest accepted order bears the fence in force. So when the fence
         changes it stands until it has accepted an order under the new one.
 Rule 3 (F3): while a fence names one robot, only that robot moves; under ALL, only members of the strand move;
@@ -166,8 +166,12 @@ def _off_course(drive: _Drive, taken: _Taken | None, tolerance: Tolerance) -> It
     beside_m = max(_beside_m(taken.origin, target, place) for place in (drive.start, drive.end))
     allowed_m = tolerance.drive_m(apart_m(taken.origin, target))
     reach_m = tolerance.speed_mps_max * (drive.end_s - drive.start_s) + ROUNDING_M
+    back_m = apart_m(drive.end, target) - apart_m(drive.start, target)
+    past_m = tolerance.drive_m(allowed_m)  # beside its target a body passes the place nearest to it
     if beside_m > allowed_m:
         yield breach_of("S3", robot, beside_m, allowed_m, "moved off the line to its target")
+    elif back_m > past_m:
+        yield breach_of("S3", robot, back_m, past_m, "moved away from its target")
     elif moved_m > reach_m:
         yield breach_of("S3", robot, moved_m, reach_m, "moved faster than robots drive")
 

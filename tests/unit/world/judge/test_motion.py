@@ -31,6 +31,8 @@ OFF_COURSE: dict[str, list[Said]] = {
     "off its line": run((3.3, "world", pose(2, -0.4, 0.01))),
     "past its target": run((3.9, "world", pose(2, -0.1))),
     "backwards": run((3.3, "world", pose(2, -0.7))),
+    "back along its line": run((3.3, "world", pose(2, -0.4)), (3.4, "world", pose(2, -0.45))),
+    "back from its target": run((3.9, "world", pose(2, -0.3))),
     "too fast": run(there_2=(3.0, "world", pose(2, -0.2))),
 }
 
