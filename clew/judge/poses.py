@@ -86,6 +86,7 @@ def judge(truth: Truth) -> Finding:
     ]
     if not chain:
         missed = [f"nobody stands at the goal: {goal_m:.4f} m from it, at most {truth.goal_m_max:.4f} m"]
+    missed += [f"robot {robot} has no pose" for robot in truth.unseen]
     return Finding(
         clearance=clearance,
         moving_clearance=moving,

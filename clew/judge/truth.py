@@ -56,6 +56,8 @@ class Truth:
     """The true motion of all bodies, the ground, and what has to hold on it."""
 
     robots: dict[int, Solid]
+    unseen: tuple[int, ...]
+    """Robots of the fleet without any pose; a scene names no number of robots."""
     harmed: frozenset[int]
     """Robots that were killed or frozen, as a fault plan or the user asked."""
     obstacles: tuple[Solid, ...]
@@ -133,6 +135,7 @@ def _truth(raw: Mapping[str, Any], law: str, poses: Mapping[int, list[Row]], str
     tracks = {robot: np.array(sorted(poses[robot])) for robot in sorted(poses)}
     return Truth(
         robots={each: Solid(f"robot {each}", HERE, tracks[each], hull_m=radius_m) for each in tracks},
+        unseen=tuple(robot for robot in range(1, fleet.get("robots", 0) + 1) if robot not in tracks),
         harmed=frozenset(robot for robot in tracks if f"r{robot}" in struck),
         obstacles=tuple(_solid(f"obstacle {n}", each) for n, each in enumerate(raw.get("obstacle") or (), 1)),
         movers=tuple(_solid(f"moving obstacle {each['id']}", each) for each in raw.get("moving") or ()),

@@ -162,7 +162,9 @@ class Judge:
 
     def close(self) -> list[Breach]:
         """No entry follows: the violations that were not certain before."""
-        return self._judge(self._court.close)
+        found = self._judge(self._court.close)
+        self._failure = self._failure or self._distances.unjudged
+        return found
 
     def _judge(self, found: Callable[[], list[Breach]]) -> list[Breach]:
         """What is found; a judge that has failed finds nothing more, and the run has failed."""

@@ -7,7 +7,7 @@ Rule 2: a body that stands is not sampled. So an interval is certain once the wo
 """
 
 from bisect import bisect_right, insort
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from operator import itemgetter
 from typing import NamedTuple
 
@@ -53,6 +53,13 @@ class Moves:
 
     def __len__(self) -> int:
         return len(self._instants_s) * len(self._samples)
+
+    @property
+    def unplaced(self) -> Sequence[int]:
+        """The robots whose bodies were not sampled where others were: until then no move is certain."""
+        if self._unplaced == len(self._samples):
+            return ()
+        return [robot for robot, samples in enumerate(self._samples, start=1) if not samples]
 
     def hear(self, t_s: float, pose: PoseSampled) -> Iterator[Intervals]:
         """Process a sample; returns the intervals that are certain now, some at a time.

@@ -30,6 +30,12 @@ class Distances:
         """How many moves are not certain yet."""
         return len(self._moves)
 
+    @property
+    def unjudged(self) -> str | None:
+        """Why no distance was judged, although bodies were sampled; None: all were."""
+        unplaced = self._moves.unplaced
+        return f"no distance was judged: robot {unplaced[0]} was never sampled" if unplaced else None
+
     def hear(self, source: str, entry: Entry) -> Iterator[Dated]:
         """Process a sample."""
         if source == WORLD and isinstance(entry.record, PoseSampled):

@@ -229,3 +229,9 @@ def test_no_moment_between_samples_is_nearer_than_the_least_distance(
     assert apart_m[-1] == pytest.approx(least.distance_m, abs=1e-6), (
         "it is so near at the moment that it names"
     )
+
+
+def test_a_robot_without_a_pose_has_not_arrived() -> None:
+    fleet = {**scenario()["fleet"], "robots": 2}
+    finding = found(poses(1, (0.0, 0.0, 0.0)), scenario(fleet=fleet))
+    assert "robot 2 has no pose" in finding.missed

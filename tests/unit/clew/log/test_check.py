@@ -48,6 +48,14 @@ def test_a_log_with_a_hole_is_not_ok_even_if_no_promise_was_broken(tmp_path: Pat
     assert sentences(finding)[-1].startswith("not proved: ")
 
 
+def test_a_log_without_the_poses_of_one_body_proves_nothing(tmp_path: Path) -> None:
+    """Its entries are numbered without a hole. Where a body is unknown, no distance is."""
+    unseen = [each for each in AT_REST if not (isinstance(each[1], PoseSampled) and each[1].robot == 2)]
+    finding = found(tmp_path / "run", tuple(unseen))
+    assert finding.separation_m_min is None
+    assert finding.flaws == ("the judge failed: no distance was judged: robot 2 was never sampled",)
+
+
 def test_a_log_that_the_judge_cannot_judge_is_not_ok_and_says_why(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
