@@ -6,8 +6,11 @@ Rule 1: along a step the hull keeps what `step.planned` promised, less mu0, from
 Rule 2: the clearance is measured from true poses, not taken from `step.finished`.
 Rule 3: the plan may be recorded later than its step. Of several for one target the greatest promise counts.
         Steps of a robot that joins have no numbers in orders: their reach tells apart those for one target.
+Rule 4: a step for which nothing was promised breaks that promise, too. Of a robot that died on its way or
+        later, the plan may be missing.
 """
 
+import math
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -22,13 +25,14 @@ from protocol.timeline import (
     OrderAccepted,
     OrderFinished,
     PoseSampled,
+    RobotDied,
     StepFinished,
     StepPlanned,
 )
 from world.geometry.clearance import clearance
 from world.geometry.shapes import Ground
 from world.judge.rules.evidence import ROUNDING_M
-from world.judge.rules.rule import Dated, breach_of
+from world.judge.rules.rule import Dated, breach_of, broken
 
 PROMISES_KEPT = 8  # of a robot: it plans a step when the one before is over
 
@@ -41,6 +45,7 @@ class _Way:
     """The way of a body in the step that it has in hand."""
 
     key: Key
+    began_s: float
     places: list[tuple[float, float]]
 
 
@@ -55,8 +60,9 @@ class Clearances:
         self._ways: dict[int, _Way] = {}
         self._promised_m: dict[int, dict[Key, float]] = defaultdict(dict)
         """The newest promises of each robot."""
-        self._kept: dict[Key, tuple[float, float]] = {}
-        """When steps ended whose plan has not come yet, and with which clearance."""
+        self._kept: dict[Key, tuple[float, float, float]] = {}
+        """When steps began and ended whose plan has not come yet, and with which clearance."""
+        self._died_s: dict[int, float] = {}
 
     def hear_world(self, entry: Entry) -> Iterator[Dated]:
         """Process an entry of the world."""
@@ -71,6 +77,8 @@ class Clearances:
             case OrderFinished(robot=robot, step=0) as end if robot in self._ways:
                 self._ways[robot].places.append((end.x_m, end.y_m))
                 yield from self._measure(entry.t_s, robot)
+            case RobotDied(robot=robot):
+                self._died_s[robot] = entry.t_s
             case FenceChanged(may=may):
                 self._may = may
                 for robot in sorted(self._ways):
@@ -86,9 +94,10 @@ class Clearances:
                 promised = self._promised_m[robot]
                 promised[key] = max(promised_m, promised.get(key, 0.0))
                 if len(promised) > PROMISES_KEPT:
-                    del promised[next(iter(promised))]
+                    in_hand = self._ways.get(robot)
+                    del promised[next(each for each in promised if in_hand is None or each != in_hand.key)]
                 if key in self._kept:
-                    t_s, kept_m = self._kept.pop(key)
+                    _, t_s, kept_m = self._kept.pop(key)
                     yield from self._judge(t_s, robot, kept_m, promised[key])
             case _:
                 pass  # no promise
@@ -97,6 +106,9 @@ class Clearances:
         """Judge the steps that bodies had in hand when the run ended."""
         for robot in sorted(self._ways):
             yield from self._measure(t_s, robot)
+        for (robot, *_), (began_s, ended_s, _) in self._kept.items():
+            if self._died_s.get(robot, -math.inf) < began_s:
+                yield ended_s, broken("S4", robot, "drove a step for which no clearance was promised")
 
     def _take(self, t_s: float, order: OrderAccepted) -> Iterator[Dated]:
         """A body has taken an order to drive: a new step, or the one that it had before it stood."""
@@ -107,7 +119,7 @@ class Clearances:
         if way is None or way.key != key:
             yield from self._measure(t_s, order.robot)
             if order.step > 0 or joins:
-                self._ways[order.robot] = _Way(key, [(order.x_m, order.y_m)])
+                self._ways[order.robot] = _Way(key, t_s, [(order.x_m, order.y_m)])
 
     def _measure(self, t_s: float, robot: int) -> Iterator[Dated]:
         """The step in hand is over."""
@@ -119,7 +131,8 @@ class Clearances:
         kept_m = float(clearance(self._ground, starts_m, places_m).min()) - self._radius_m
         promised_m = self._promised_m[robot].get(way.key)
         if promised_m is None:
-            self._kept[way.key] = t_s, min(kept_m, self._kept.get(way.key, (t_s, kept_m))[1])
+            before = self._kept.get(way.key, (way.began_s, t_s, kept_m))
+            self._kept[way.key] = before[0], t_s, min(kept_m, before[2])
         else:
             yield from self._judge(t_s, robot, kept_m, promised_m)
 

@@ -179,11 +179,15 @@ def test_without_a_goal_the_leader_stands_at_its_last_switching_position() -> No
     assert breaches(run(), scene) == []
     short = leader_stops_at(GOAL_M - SHORT_M)
     assert breaches(short, scene) == [], "it planned no further"
-    elsewhere = [each for each in short if not isinstance(each[2], StepPlanned)]
+    ordered: Said = (1.0, "world", order(1, 0.0, GOAL_M, step=1))
+    elsewhere = [each for each in short if not isinstance(each[2], StepPlanned) and each[0] != 1.0] + [
+        ordered
+    ]
     shown = breaches([*elsewhere, (0.9, "r1", plan())], scene)
     assert {breach.invariant for breach in shown} >= {"A1"}
     abandoned = StepAbandoned(step=1, epoch=EPOCH, x_m=GOAL_M - SHORT_M, y_m=0.0)
-    assert breaches(sorted([*elsewhere, (0.9, "r1", plan()), (2.9, "r1", abandoned)], key=at_s), scene) == []
+    gave_up = [*elsewhere, (0.9, "r1", plan()), (2.9, "r1", abandoned)]
+    assert breaches(sorted(gave_up, key=at_s), scene) == []
 
 
 def at_s(said: Said) -> float:

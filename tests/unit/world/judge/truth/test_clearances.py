@@ -5,7 +5,7 @@ from msgspec.structs import replace
 
 from protocol.fence import May
 from protocol.frames import Point
-from protocol.timeline import OrderFinished, StepFinished
+from protocol.timeline import OrderFinished, RobotDied, StepFinished
 from tests.support.histories.arriving import (
     EPOCH,
     GOAL_M,
@@ -94,6 +94,26 @@ def test_robots_that_join_keep_what_they_promise_too() -> None:
 def test_of_two_steps_of_a_robot_that_joins_to_one_target_each_has_its_own_promise() -> None:
     from_nearer = replace(plan(LEFT_M + INFLATED_M), joins=True, reach_m=0.1)
     assert broken([*joined(LEFT_M)[:2], (0.25, "r3", from_nearer), *joined(LEFT_M)[2:]]) == []
+
+
+def test_a_step_for_which_nothing_was_promised_is_found() -> None:
+    assert broken(promised(None)) == [("S4", 1)]
+    elsewhere = replace(order(1, 0.0, GOAL_M + 5e-7, step=1))
+    assert broken(run(order_1=(1.0, "world", elsewhere))) == [("S4", 1)], "no promise is for that target"
+
+
+def test_the_promise_of_a_robot_that_died_on_its_way_may_be_missing() -> None:
+    cut = ("plan 1", "finished 1", "goal 1", "arrived 1", "arrived 2", "arrived 3")
+    died: Said = (1.5, "world", RobotDied(robot=1, silent_since_s=1.2))
+    assert broken(run(without=cut)) == [("S4", 1)]
+    assert broken(run(died, without=cut)) == []
+
+
+def test_a_promise_is_kept_until_its_step_is_over_however_many_follow() -> None:
+    """Where obstacles move, a leader plans and gives up, and its body takes no order."""
+    others = [(2.1, "r1", replace(plan(LEFT_M), step=step)) for step in range(2, 12)]
+    inflated = run(*others, plan_1=(0.9, "r1", plan(LEFT_M + INFLATED_M)))
+    assert broken(inflated) == [("S4", 1)]
 
 
 def test_a_law_that_promises_nothing_is_not_judged() -> None:
