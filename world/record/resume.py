@@ -22,7 +22,7 @@ from protocol.errors import UsageError
 from protocol.fence import NUMBERS, Epoch, Fence
 from protocol.files.opening import open_regular
 from protocol.files.writing import open_private
-from protocol.keys import WORLD, robot_number
+from protocol.keys import WORLD
 from protocol.timeline import (
     Entry,
     FenceChanged,
@@ -116,6 +116,7 @@ class Past:
     come: set[int] = field(default_factory=set)
     dead: set[int] = field(default_factory=set)
     incarnations: dict[int, str] = field(default_factory=dict)
+    """Of the newest token that was seen of each robot: its process may have recorded nothing yet."""
     unlawful: set[PromiseBroken] = field(default_factory=set)
     """The violations that were recorded."""
     tally: Tally = field(default_factory=lambda: Tally(is_resumed=True))
@@ -129,21 +130,23 @@ class Past:
             self.tally.hear(source, entry)
             if source == WORLD:
                 self._hear_world(entry)
-            elif isinstance(entry.record, RobotStarted) and (robot := robot_number(source)) is not None:
-                self.incarnations[robot] = entry.record.incarnation
-                if entry.n == 1:
-                    lives[source] = entry.record.incarnation
+            elif entry.n == 1 and isinstance(entry.record, RobotStarted):
+                lives[source] = entry.record.incarnation
             for hear in others:
                 hear(source, lives.get(source, ""), entry)
 
     def _hear_world(self, entry: Entry) -> None:
         self.newest_s = max(self.newest_s, entry.t_s)
         match entry.record:
-            case RobotAppeared(robot=robot):
+            case RobotAppeared(robot=robot, incarnation=incarnation):
                 self.come.add(robot)
+                self.incarnations[robot] = incarnation
             case RobotDied(robot=robot):
                 self.dead.add(robot)
-            case RobotRestarted(robot=robot) | RobotReturned(robot=robot):
+            case RobotRestarted(robot=robot, incarnation=incarnation):
+                self.dead.discard(robot)
+                self.incarnations[robot] = incarnation
+            case RobotReturned(robot=robot):
                 self.dead.discard(robot)
             case FenceChanged() as changed:
                 self.fence = _fence_of(changed)
