@@ -19,18 +19,17 @@ from types import FrameType
 from msgspec import Struct
 from msgspec.structs import replace
 
-from agents.navigation.law import asked
 from clew.campaign.liveness import liveness_failure
 from clew.campaign.scenes import solvable
 from clew.campaign.second import second_opinion
 from clew.coverage.counters import count_coverage
+from clew.rehearsal.endless_law import law_in
 from clew.rehearsal.recorded import EPOCH, verdict_on
 from clew.rehearsal.rehearsal import Rehearsal
 from clew.swarm.futures import draw_future, read_branches
 from clew.swarm.swarm import Mode, Swarm, draw
 from protocol.faults import plan as plans
 from protocol.faults.plan import NO_FAULTS, Plan
-from protocol.laws import OURS
 from protocol.timeline import FaultInjected, RobotFailed
 from world.judge.ending import Ending
 from world.judge.verdict import Verdict
@@ -320,21 +319,13 @@ def last_line(error: Exception) -> str:
     return f"{said} ({Path(frame.filename).name}:{frame.lineno})"
 
 
-def _law_in(frame: FrameType | None) -> str:
-    """Which law of a user was asked there, as the end of a sentence; empty: none."""
-    while frame is not None:
-        if frame.f_code is asked.__code__ and frame.f_locals["name"] not in OURS:
-            return f", in the law {frame.f_locals['name']}, which may never return"
-        frame = frame.f_back
-    return ""
-
-
 @contextmanager
 def wall_clock_limit(limit_s: float) -> Iterator[None]:
     """Raise `OutOfTimeError` in the body when the time is up, even in an endless loop."""
 
     def strike(_number: int, frame: FrameType | None) -> None:
-        raise OutOfTimeError(_law_in(frame))
+        law = law_in(frame)
+        raise OutOfTimeError("" if law is None else f", in the law {law}, which may never return")
 
     before = signal.signal(signal.SIGALRM, strike)
     signal.setitimer(signal.ITIMER_REAL, limit_s)

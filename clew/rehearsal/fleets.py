@@ -10,12 +10,12 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
+from clew.rehearsal.endless_law import asked_to_end_in_laws
 from clew.rehearsal.recorded import Recorded
 from clew.rehearsal.rehearsal import Asked, nobody_asks
 from protocol.arrays import Floats
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.files.writing import make_folder
-from protocol.process.asked import asked_to_end
 from protocol.run_settings import Settings
 from world.judge.ground import Ground
 from world.judge.together import TogetherVerdict, pass_together
@@ -96,7 +96,7 @@ def rehearse_fleets(
     Raises:
         UsageError, RecordingFailedError: as `Recorded`.
     """
-    with asked_to_end() as asked, RecordedFleets(shared, seed, folder, plan, say) as recorded:
+    with asked_to_end_in_laws() as asked, RecordedFleets(shared, seed, folder, plan, say) as recorded:
         for _ in recorded.ticks(lambda: asked[-1] if asked else None):
             pass
         return recorded.judge()

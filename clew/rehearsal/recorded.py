@@ -12,11 +12,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Self
 
+from clew.rehearsal.endless_law import asked_to_end_in_laws
 from clew.rehearsal.rehearsal import Asked, Rehearsal, nobody_asks
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.keys import WORLD
 from protocol.network.session import INPUTS
-from protocol.process.asked import asked_to_end
 from protocol.run_settings import Settings
 from world.closing import Circumstances, verdict_of
 from world.judge.verdict import Verdict
@@ -38,7 +38,7 @@ def rehearse(
         UsageError: the folder already holds a run, or the fault plan does not fit the fleet.
         RecordingFailedError: the timeline or the verdict cannot be written.
     """
-    with asked_to_end() as asked, Recorded(scenario, seed, folder, plan, say) as recorded:
+    with asked_to_end_in_laws() as asked, Recorded(scenario, seed, folder, plan, say) as recorded:
         for _ in recorded.ticks(lambda: asked[-1] if asked else None):
             pass
         return recorded.judge()

@@ -56,10 +56,15 @@ def terminable() -> Iterator[list[ExitCode]]:
 
 
 @contextmanager
-def asked_to_end() -> Iterator[list[ExitCode]]:
-    """A list that gets an exit code for each signal that asks this process to end."""
+def asked_to_end(then: Callable[[], object] = lambda: None) -> Iterator[list[ExitCode]]:
+    """A list that gets an exit code for each signal that asks this process to end; `then` is called, too."""
     asked: list[ExitCode] = []
-    with _heard_by(asked.append):
+
+    def end(exit_code: ExitCode) -> None:
+        asked.append(exit_code)
+        then()
+
+    with _heard_by(end):
         yield asked
 
 

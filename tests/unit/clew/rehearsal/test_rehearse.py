@@ -16,7 +16,7 @@ from agents.process.journal import Given, Journal, decided
 from agents.robot import Robot
 from clew.log import timeline
 from clew.log.check import check
-from clew.rehearsal import rehearsal
+from clew.rehearsal import endless_law, rehearsal
 from clew.rehearsal.recorded import rehearse
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
@@ -158,6 +158,28 @@ def test_sigint_is_obeyed_between_two_deliveries_of_a_tick(
     verdict = rehearse(load("paper", robots=200), 1, folder, lambda _: None)
     assert handled == 50
     assert (verdict.exit_code, timeline.read(folder).ended) == (ExitCode.INTERRUPTED, "interrupted")
+
+
+def test_sigint_also_ends_a_run_whose_law_never_returns_and_says_whose_law_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(endless_law, "PATIENCE_S", 0.05)
+    law = tmp_path / "mylaw.py"
+    law.write_text(
+        "import signal, time\n"
+        "def mine(seen):\n"
+        "    signal.raise_signal(signal.SIGINT)\n"
+        "    until_s = time.monotonic() + 60.0\n"
+        "    while time.monotonic() < until_s: pass\n"
+    )
+    folder = tmp_path / "run"
+    folder.mkdir()
+    said: list[str] = []
+    verdict = rehearse(load("grove", robots=2, law=f"{law}:mine"), 1, folder, said.append)
+    assert (verdict.exit_code, timeline.read(folder).ended) == (ExitCode.FAILED, "interrupted")
+    (lost,) = [line for line in said if "lost its route" in line]
+    assert "r1 has lost its route: the law mylaw.py:mine@" in lost
+    assert "it had not returned 0.05 s after the request to end" in lost
 
 
 def test_a_rehearsal_waits_for_no_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
