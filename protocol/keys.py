@@ -4,6 +4,7 @@ A key contains sender and receiver, so a robot's access rights never change when
 contains the run, so a late message of an earlier run has no receiver.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -105,6 +106,21 @@ class Keys:
     def part(self, key: str, index: int) -> str:
         """One chunk of a key, counted after the root: in `…/link/r1/r2`, chunk 1 is `r1`."""
         return self.behind_root(key).split("/")[index]
+
+
+def keys_of(robots: int) -> Iterator[str]:
+    """All keys without the prefix of the run on which a fleet of so many robots sends messages."""
+    keys = Keys("fleet", "run")
+    names = [robot_name(robot) for robot in range(1, robots + 1)]
+    yield keys.behind_root(keys.mission())
+    for name in (WORLD, *names):
+        yield from (keys.behind_root(key) for key in (keys.log(name), keys.logged(name)))
+    for name in names:
+        own = (keys.scan, keys.drive, keys.odometry, keys.fence, keys.fault)
+        yield from (keys.behind_root(key(name)) for key in own)
+        for other in names:
+            if other != name:
+                yield from (keys.behind_root(key(name, other)) for key in (keys.link, keys.view))
 
 
 def matches(pattern: str, key: str) -> bool:

@@ -15,6 +15,7 @@ import msgspec
 from clew.api.run import Run
 from clew.log.diff import NO_DIFFERENCE_OF_STEPS, apart, headers_apart
 from clew.story.steps import Step
+from protocol.errors import UsageError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,7 +64,14 @@ class Comparison:
 
 
 def compare(a: Run, b: Run, *, within: float = 0.0) -> Comparison:
-    """Compare two runs; `within`: how much numbers may differ."""
+    """Compare two runs; `within`: how much numbers may differ.
+
+    Raises:
+        UsageError: one of them is no run.
+    """
+    for run in (a, b):
+        if not isinstance(run, Run):
+            raise UsageError(f"compare: must be two runs, as clew.open gives them, got {run!r}")
     pairs = sorted(_pairs(a.steps, b.steps, within=within), key=lambda pair: pair.number)
     return Comparison(asked=headers_apart(a.header, b.header), steps=tuple(pairs))
 

@@ -9,7 +9,7 @@ Rule 1: it only reads. Of a run that goes on it shows what has been recorded up 
         look; of an unfinished one it has no verdict.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -120,8 +120,11 @@ class Run:
             t: from when to when [simulated s], both included.
 
         Raises:
-            UsageError: no entry of such a run can be chosen: it has no such kind, source, robot or rule.
+            UsageError: no entry of such a run can be chosen: it has no such kind, source, robot, rule or key.
         """
+        said: object = t  # a notebook has no type checker
+        if said is not None and not (isinstance(said, Sequence) and len(said) == 2):
+            raise UsageError(f"t: must be two times, as (2, 9), got {t!r}")
         from_s, to_s = t or (None, None)
         choice = Choice(
             kind=_all(kind),

@@ -10,7 +10,7 @@ from typing import get_args
 from clew.log.header import robots_of
 from clew.log.log import Log
 from protocol.files.names import did_you_mean
-from protocol.keys import WORLD, not_of_fleet, robot_name
+from protocol.keys import WORLD, keys_of, not_of_fleet, robot_name
 from protocol.timeline import Entry, FaultInjected, Record, RunEnded
 from world.faults import is_given
 from world.record.lines import Line
@@ -20,6 +20,7 @@ KINDS = tuple(each.__struct_config__.tag for each in get_args(Record))
 NAMING = ("robot", "other", "to", "neighbour", "blocked", "before", "named", "coordinator", "about", "by")
 """The fields that name a robot."""
 SHOWN = 10  # of the rules of a plan, which may have 1000
+KEYED_ROBOTS_MAX = 100  # the keys of links grow with the square of the fleet; larger fleets are not checked
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +63,7 @@ class Choice:
             and (self.robot is None or source == robot_name(self.robot) or names(entry.record, self.robot))
             and (self.step is None or getattr(entry.record, "step", None) == self.step)
             and (not self.rule or _matches(getattr(entry.record, "rule", None), self.rule))
-            and (not self.key or _matches(getattr(entry.record, "key", None), self.key))
+            and (not self.key or _matches(_key_of(entry.record), self.key))
             and (self.from_s is None or entry.t_s >= self.from_s)
             and (self.to_s is None or entry.t_s <= self.to_s)
         )
@@ -96,13 +97,29 @@ def _unknown_in(choice: Choice, header: Header, lines: Iterable[Line]) -> Iterat
             yield f"source: must be world, or {not_of_fleet(source, robots).removeprefix('must be ')}"
     if choice.robot is not None and choice.robot not in range(1, robots + 1):
         yield f"robot: {not_of_fleet(choice.robot, robots)}"
-    if choice.rule:
-        rules = {*_planned(header), *(rule for _, entry in lines if (rule := _rule_of(entry.record)))}
-        for pattern in choice.rule:
-            if not (filter_names(rules, pattern) or (is_given(pattern) and not _parts(pattern, rules))):
-                yield f"rule: must be {_some(rules)}, got {pattern!r}{did_you_mean(pattern, rules)}"
+    if choice.rule or choice.key:
+        records = [entry.record for _, entry in lines]  # read once: both look through them
+        yield from _unknown_rules(choice.rule, header, records)
+        if robots <= KEYED_ROBOTS_MAX:
+            yield from _unknown_keys(choice.key, robots, records)
     if choice.from_s is not None and choice.to_s is not None and choice.from_s > choice.to_s:
         yield f"time: must be from an earlier time to a later one, got {choice.from_s:g} to {choice.to_s:g} s"
+
+
+def _unknown_rules(patterns: tuple[str, ...], header: Header, records: Iterable[Record]) -> Iterator[str]:
+    rules = {*_planned(header), *(rule for record in records if (rule := _rule_of(record)))}
+    for pattern in patterns:
+        if not (filter_names(rules, pattern) or (is_given(pattern) and not _parts(pattern, rules))):
+            yield f"rule: must be {_some(rules)}, got {pattern!r}{did_you_mean(pattern, rules)}"
+
+
+def _unknown_keys(patterns: tuple[str, ...], robots: int, records: Iterable[Record]) -> Iterator[str]:
+    """A damaged message may have any key, so those in the log count as well."""
+    keys = {*keys_of(robots), *(key for record in records if (key := _key_of(record)))}
+    for pattern in patterns:
+        if not filter_names(keys, pattern):
+            such = "a key of messages in this run, such as link/r1/r2 or body/r1/odometry"
+            yield f"key: must be {such}, got {pattern!r}{did_you_mean(pattern, keys)}"
 
 
 def _planned(header: Header) -> Iterator[str]:
@@ -112,6 +129,10 @@ def _planned(header: Header) -> Iterator[str]:
             yield from (str(rule["name"]) for rule in rules if isinstance(rule, dict) and "name" in rule)
         case _:
             pass
+
+
+def _key_of(record: Record) -> str | None:
+    return getattr(record, "key", None)
 
 
 def _rule_of(record: Record) -> str | None:

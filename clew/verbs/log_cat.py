@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 import msgspec
 
-from clew.verbs.options import AS_JSON, COLOR, FINITE, RUN
+from clew.verbs.options import AS_JSON, COLOR, FINITE, ROBOT, RUN
 from clew.verbs.say import warn
 from protocol.plain import plain
 from protocol.timeline import Entry
@@ -29,7 +29,7 @@ AT_ONCE = 1000  # lines in one write, because each write is a system call
 @click.option("--source", multiple=True, help="Only entries by this source: world, r1, ...; repeatable.")
 @click.option("--kind", multiple=True, help="Only entries of this kind, for example 'step.*'; repeatable.")
 @click.option("--without", multiple=True, help="No entries of this kind, for example 'pose.*'; repeatable.")
-@click.option("--robot", type=int, help="Only entries by this robot or about it, including faults.")
+@click.option("--robot", type=ROBOT, help="Only entries by this robot or about it, including faults.")
 @click.option("--step", type=int, help="Only entries of this switching step of the leader.")
 @click.option(
     "--rule", multiple=True, help="Only injections of this fault rule, for example 'kill-*'; repeatable."

@@ -8,7 +8,7 @@ import click
 import msgspec
 
 from clew.log.journals.fate import Fate
-from clew.verbs.options import AS_JSON, FINITE, RUN, Word
+from clew.verbs.options import AS_JSON, FINITE, ROBOT, RUN, Word
 from clew.verbs.say import say, warn
 from protocol.errors import UsageError
 from protocol.faults.rules import MessageKind
@@ -57,7 +57,7 @@ class _Steps(click.ParamType[tuple[int, int]]):
 @click.command()
 @RUN
 @click.option("--link", type=_Link(), help="Only messages between these two, as 2,3 or 2,world.")
-@click.option("--robot", type=click.IntRange(1), help="Only messages from or to this robot.")
+@click.option("--robot", type=ROBOT, help="Only messages from or to this robot.")
 @click.option(
     "--kind", multiple=True, help="Only this kind, as in fault plans: ahead, odometry, ...; repeatable."
 )

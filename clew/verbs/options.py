@@ -52,6 +52,19 @@ class FiniteRange(_OnlyFinite, click.FloatRange):
     """A finite number in a range."""
 
 
+class RobotNumber(click.ParamType[int]):
+    """A robot, as `3` or, as the log names it, `r3`."""
+
+    name = "robot"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """Its number."""
+        match = re.fullmatch(r"r?([1-9]\d{0,8})", str(value), re.ASCII)
+        if match is None:
+            self.fail(f"must be a robot, as 3 or r3, got {value}", param, ctx)
+        return int(match[1])
+
+
 class LawName(click.ParamType[str]):
     """A law of ours, of an installed package or of a file. They are looked for only when one is named."""
 
@@ -86,6 +99,7 @@ def _complete(folder: str) -> Callable[[click.Context, click.Parameter, str], li
 
 
 FINITE = Finite()
+ROBOT = RobotNumber()
 ROBOTS = click.IntRange(1, ROBOTS_MAX)
 SEED = click.IntRange(0, SEED_MAX)
 SEEDS_MAX = 1_000_000  # a campaign keeps each in memory, and takes days for so many

@@ -1,7 +1,10 @@
 """Two runs, aligned by switching step."""
 
+import pytest
+
 from clew.api.compare import compare
 from clew.api.run import open_run
+from protocol.errors import UsageError
 from tests.support.runs import Runs
 
 
@@ -32,3 +35,9 @@ def test_a_step_that_one_run_lacks_stands_alone(runs: Runs) -> None:
     assert alone
     assert {pair.target_apart_m for pair in alone} == {None}
     assert str(compare(one, other)).startswith("started differently: faults; the first difference is in step")
+
+
+def test_a_folder_is_no_run_to_compare(runs: Runs) -> None:
+    run = open_run(runs.of("grove"))
+    with pytest.raises(UsageError, match="compare: must be two runs, .* got 'runs/x'"):
+        compare(run, "runs/x")  # type: ignore[arg-type] # as in a notebook

@@ -11,7 +11,7 @@ from clew.api.run import Run, open_run
 from clew.log import timeline
 from clew.log.log import Log
 from protocol.errors import UsageError
-from protocol.timeline import FaultInjected, PoseSampled, TrafficCounted
+from protocol.timeline import FaultInjected, MessageRefused, PoseSampled, TrafficCounted
 from tests.support.logs.logs import AT_REST, numbered, recorded
 from tests.support.runs import Runs
 from world.judge.verdict import VERDICT_FILE
@@ -62,6 +62,10 @@ def test_a_robot_is_a_number_or_a_name_and_one_that_there_is_not_is_refused(run:
         ({"source": "r*"}, r"source: must be .*, got r\*"),
         ({"rule": "drp-1"}, "rule: must be one of drop-1, got 'drp-1'; did you mean 'drop-1'\\?"),
         ({"rule": ("drop-*", "kill-*")}, r"rule: must be one of drop-1, got 'kill-\*'"),
+        ({"key": "typo"}, "key: must be a key of messages in this run, such as .*, got 'typo'"),
+        ({"key": ("link/r2/*", "lnk/r1/r2")}, r"key: .*, got 'lnk/r1/r2'; did you mean 'link/r1/r2'\?"),
+        ({"key": "link/r2/r6"}, "key: .*, got 'link/r2/r6'; .*"),
+        ({"t": 5.0}, r"t: must be two times, as \(2, 9\), got 5.0"),
         ({"t": (9.0, 2.0)}, "time: must be from an earlier time to a later one, got 9 to 2 s"),
     ],
 )
@@ -70,6 +74,13 @@ def test_what_no_entry_of_the_run_can_have_is_refused_and_not_answered_with_noth
 ) -> None:
     with pytest.raises(UsageError, match=f"^{why}$"):
         run.entries(**choice)
+
+
+def test_a_key_on_which_nothing_was_struck_is_answered_with_nothing(run: Run, tmp_path: Path) -> None:
+    assert run.entries(key="fault/r1") == []
+    garbled = MessageRefused(key="lin{/r1/r2", reason="checksum")
+    damaged = open_run(recorded(tmp_path / "damaged", numbered((("r2", garbled),))))
+    assert [each.key for each in damaged.entries(key="lin{/*")] == ["lin{/r1/r2"]
 
 
 def test_a_rule_given_by_hand_may_not_have_struck_yet_and_its_parts_are_suggested(

@@ -149,6 +149,7 @@ def test_a_step_is_one_readable_line_and_complete_in_json(tmp_path: Path) -> Non
         (("--robot", "77"), "no entry matches; robot: must be a robot of the fleet, r1 to r5, got 77"),
         (("--source", "wrld"), "no entry matches; source: must be world, or a robot of the fleet, r1 to r5"),
         (("--rule", "kil-1"), "no entry matches; rule: must be one of kill-1, got 'kil-1'; did you mean"),
+        (("--key", "lnk/r1/r2"), "no entry matches; key: must be a key of messages in this run, such as"),
         (("--from", "9", "--to", "3"), "no entry matches; time: must be from an earlier time to a later one"),
         (("--kind", "step.*"), "no entry matches"),
     ],
@@ -158,6 +159,13 @@ def test_a_choice_without_a_match_is_reported(run: Path, choice: tuple[str, ...]
     assert told.stdout == ""
     assert told.stderr.splitlines()[-1].startswith(said)
     assert ("there is no kind" in told.stderr) == ("there is no kind" in said)
+
+
+def test_a_robot_may_be_named_as_the_log_names_it(run: Path) -> None:
+    assert clew(run, "--robot", "r2").stdout == clew(run, "--robot", "2").stdout != ""
+    refused = clew(run, "--robot", "leader")
+    assert refused.exit_code == 2
+    assert "'--robot': must be a robot, as 3 or r3, got leader" in refused.stderr
 
 
 def test_a_pipe_gets_many_lines_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
