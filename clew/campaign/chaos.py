@@ -6,6 +6,7 @@ Rule 1: a trouble is what no fault excuses: a violation, live or in the log; mes
 Rule 2: not arriving is no trouble, since faults may leave no way. It is reported with its replay line.
 """
 
+import shlex
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -86,7 +87,8 @@ class Chaos(Struct, frozen=True, kw_only=True):
 def replay_line(path: Path, seed: int, speed: str) -> str:
     """The command line for the same world, plan and seed; the timing of the processes differs."""
     plan = drawn_plan_path(str(path))
-    return f"./launch/fleet.sh {path} --faults {plan} --seed {seed} --speed {speed}"
+    options = ["--faults", plan, "--seed", str(seed), "--speed", speed]
+    return shlex.join(["./launch/fleet.sh", str(path), *options])
 
 
 def judge_run(swarm: Swarm, folder: Path, ended: Ended, *, replay: str, load: float) -> ChaosRun:

@@ -89,13 +89,16 @@ class Episode(Struct, frozen=True, kw_only=True):
         if self.faults == SWARM:
             future = f" --future {self.branches}" if self.branches else ""
             return f"./launch/clew campaign --faults {SWARM} --seeds {self.seed}{future} --keep"
-        robots = "" if self.robots is None else f" -n {self.robots}"
-        law = "" if self.law is None else f" --law {self.law}"
-        deployment = "" if self.deployment is None else f" --deployment {self.deployment}"
-        time = "" if self.time_s_max is None else f" --time-s-max {self.time_s_max:g}"
-        faults = "" if self.faults is None else f" --faults {self.faults}"
-        options = f"{robots}{law}{deployment}{time}{faults}"
-        return f"./launch/clew rehearse {self.path}{options} --seed {self.seed}"
+        given = {
+            "-n": self.robots,
+            "--law": self.law,
+            "--deployment": self.deployment,
+            "--time-s-max": None if self.time_s_max is None else f"{self.time_s_max:g}",
+            "--faults": self.faults,
+            "--seed": self.seed,
+        }
+        options = [str(word) for pair in given.items() if pair[1] is not None for word in pair]
+        return shlex.join(["./launch/clew", "rehearse", self.path, *options])
 
 
 class Outcome(Struct, frozen=True, kw_only=True):

@@ -35,7 +35,7 @@ def make_folder(folder: Path) -> list[Path]:
         if missing:
             make_private(folder)
         if any(folder.iterdir()):
-            raise UsageError(f"{folder}: it is not empty, and a run never writes into another's folder")
+            raise UsageError(f"{folder}: is not empty; a run needs a new or an empty folder")
         _claim(folder)
     except OSError as error:
         for path in missing:

@@ -5,7 +5,7 @@ Rule 2: a log is complete if no source's numbers have a hole, and the world itse
 Rule 3: a log of another schema is read as far as this program knows its kinds and their fields.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from hashlib import blake2b
 from io import BufferedReader, BytesIO
 from pathlib import Path
@@ -17,6 +17,7 @@ from clew.log.flaws import Findings
 from clew.log.header import UNREADABLE, header_of, is_entry
 from protocol.errors import UsageError
 from protocol.files.opening import open_regular
+from protocol.run_settings import SETTINGS_FILE
 from world.record.lines import Line, read_line, read_lines
 from world.record.recorder import EVENTS_FILE
 
@@ -70,16 +71,21 @@ class Log:
         except OSError as error:
             where = f"{self.path.parent}: {self.path.name}" if self._in_folder else str(self.path)
             if self._in_folder and (fleets := fleets_in(self.path.parent)):
-                each = ", ".join(fleets)
-                raise UsageError(
-                    f"{self.path.parent}: has several fleets, each with a folder: {each}"
-                ) from error
+                raise has_several(self.path.parent, fleets) from error
             raise UsageError(f"no run in {where}: {error.strerror}") from error
 
 
+def has_several(run: Path, fleets: Iterable[str]) -> UsageError:
+    """The refusal of the folder of a run with several fleets, where one fleet is needed."""
+    return UsageError(f"{run}: has several fleets, each with a folder: {', '.join(fleets)}")
+
+
 def fleets_in(run: Path) -> list[str]:
-    """The names of the fleets of a run with several, which has a folder for each; otherwise none."""
-    if not run.is_dir() or (run / EVENTS_FILE).exists():
+    """The names of the fleets of a run with several, which has a folder for each; otherwise none.
+
+    A folder of runs, such as `runs/`, has no settings of its own.
+    """
+    if not (run / SETTINGS_FILE).exists() or (run / EVENTS_FILE).exists():
         return []
     return sorted(each.parent.name for each in run.glob(f"*/{EVENTS_FILE}"))
 

@@ -17,6 +17,7 @@ from msgspec import Struct
 
 from agents.process.journal import SUFFIX, Decision, Head, Input, Recording, decision, failure
 from agents.robot import Robot
+from clew.log.log import fleets_in, has_several
 from clew.log.replay_missing import Missing, missing, told
 from protocol.errors import UsageError
 from protocol.faults.manual_faults import is_running
@@ -87,12 +88,21 @@ def replay(run: Path, robot: int | None = None) -> Replay:
             break
     decisions = sum(each.decisions for each in robots)
     if decisions == 0 and not any(each.damaged for each in robots):
-        whose = "no inputs" if robot is None else f"no inputs of robot {robot}"
-        raise UsageError(f"{run}: {whose} to replay in {run / INPUTS}")
+        raise nothing_to_replay(run, robot)
     gone = missing(run, [each.head for each in recordings], robot)
     ok = not any(each.difference is not None or each.damaged for each in robots)
     ok = ok and all(each.excuse is not None for each in gone or ())
     return Replay(ok=ok, decisions=decisions, robots=tuple(robots), missing=gone)
+
+
+def nothing_to_replay(run: Path, robot: int | None) -> UsageError:
+    """The refusal of a folder without inputs, of all robots or of one."""
+    if not run.exists():
+        return UsageError(f"no run in {run}: there is no such folder")
+    if fleets := fleets_in(run):
+        return has_several(run, fleets)
+    whose = "no inputs" if robot is None else f"no inputs of robot {robot}"
+    return UsageError(f"{run}: {whose} to replay in {run / INPUTS}")
 
 
 def replay_recording(recording: Recording, *, going_on: bool = False) -> Replayed:

@@ -57,7 +57,9 @@ def shrink_verb(ctx: click.Context, run: Path, *, seed: int | None, out: Path | 
         warn(f"{run}: failed: {recorded.reason}; rehearsed again it {now}")
         ctx.exit(ExitCode.FAILED)
     warn(f"shrink: {recorded.sentence}")
-    folder = out or _next(run / SHRUNK_FOLDER)
+    # `runs/latest` is soon another run: the first replay by the printed line makes it one.
+    kept = run.parent / run.readlink() if run.is_symlink() else run
+    folder = out or _next(kept / SHRUNK_FOLDER)
     make_folder(folder)  # fail before the work, not after it
     least = shrink(case, _Trials(recorded))
     click.echo(plan_text(least.plan), nl=False)

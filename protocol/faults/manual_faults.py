@@ -87,6 +87,8 @@ def request_fault(run: Path, request: Request) -> str:
             with connection.makefile("rb") as file:
                 answer = msgspec.json.decode(file.readline(LINE_BYTES_MAX), type=Answer)
     except FileNotFoundError as error:
+        if not run.exists():
+            raise UsageError(f"no run in {run}: there is no such folder") from error
         raise UsageError(f"{run}: no run goes on there: it is over or still starting") from error
     except TimeoutError as error:
         raise UsageError(f"{run}: its world does not answer within {ANSWER_S_MAX:g} s") from error

@@ -140,6 +140,26 @@ def test_an_environment_that_cannot_be_made_is_refused_in_one_line(checkout: Pat
     assert said.stderr == f"clew: {place} cannot be made: CLEW_VENV names another place for it\n"
 
 
+@pytest.mark.parametrize(
+    ("words", "level"),
+    [
+        (("log", "export", "run", "--to", "csv"), "tools"),
+        (("figures", "run"), "tools"),
+        (("log", "export", "--help"), "run"),
+        (("figures", "-h"), "run"),
+        (("log", "info", "run"), "run"),
+        ((), "run"),
+    ],
+)
+def test_the_help_of_a_verb_needs_no_more_libraries(
+    tmp_path: Path, words: tuple[str, ...], level: str
+) -> None:
+    shutil.copy(ROOT / "launch" / "clew", tmp_path)
+    (tmp_path / "setup.sh").write_text('set_up() { echo "$1"; exit; }')
+    said = subprocess.check_output([tmp_path / "clew", *words], text=True, timeout=DEADLINE_S)
+    assert said == f"{level}\n"
+
+
 def test_a_set_up_says_how_far_it_has_come(checkout: Path) -> None:
     """In place of pip there is a script that prints what pip prints."""
     pip = (

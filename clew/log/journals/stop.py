@@ -16,7 +16,7 @@ from agents.process.journal import SUFFIX, Decision, Head, Input, Recording
 from agents.robot import Robot
 from clew.log.journals.condition import Condition
 from clew.log.journals.state import NAMES, CoreState, state_of
-from clew.log.replay import decide, new_core
+from clew.log.replay import decide, new_core, nothing_to_replay
 from clew.log.replay_missing import missing, told
 from protocol.errors import UsageError
 from protocol.keys import robot_name
@@ -106,8 +106,7 @@ def _recordings(run: Path, robot: int | None) -> Sequence[Recording]:
     name = "r*" if robot is None else robot_name(robot)
     found = sorted((run / INPUTS).glob(f"{name}-*{SUFFIX}"))
     if not found:
-        whose = "no inputs" if robot is None else f"no inputs of robot {robot}"
-        raise UsageError(f"{run}: {whose} to replay in {run / INPUTS}")
+        raise nothing_to_replay(run, robot)
     return [Recording(path) for path in found]
 
 

@@ -155,7 +155,7 @@ def test_a_folder_that_is_not_empty_is_refused_before_a_fleet_starts_and_left_un
     before = former.read_bytes()
     told = clew("chaos", "--runs", "1", "--seed", "3", "--out", tmp_path)
     assert (told.exit_code, told.stdout) == (2, "")
-    said = f"Error: {tmp_path}: it is not empty, and a run never writes into another's folder\n"
+    said = f"Error: {tmp_path}: is not empty; a run needs a new or an empty folder\n"
     assert told.stderr == said
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == [former]
     assert former.read_bytes() == before

@@ -39,5 +39,5 @@ def test_a_step_that_one_run_lacks_stands_alone(runs: Runs) -> None:
 
 def test_a_folder_is_no_run_to_compare(runs: Runs) -> None:
     run = open_run(runs.of("grove"))
-    with pytest.raises(UsageError, match="compare: must be two runs, .* got 'runs/x'"):
+    with pytest.raises(UsageError, match=r"compare: must be two runs, .* got 'runs/x'"):
         compare(run, "runs/x")  # type: ignore[arg-type] # as in a notebook

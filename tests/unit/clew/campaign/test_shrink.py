@@ -147,7 +147,13 @@ def test_earlier_results_of_shrink_are_kept(failed: Path) -> None:
     assert sorted(path.name for path in failed.glob("shrunk*")) == ["shrunk", "shrunk-2"]
     again = clew("shrink", failed, "--out", failed / "shrunk")
     assert again.exit_code == 2
-    assert "it is not empty" in again.stderr
+    assert "is not empty" in again.stderr
+
+
+def test_the_printed_line_names_the_run_and_not_the_latest_one(failed: Path) -> None:
+    (failed.parent / "latest").symlink_to(failed.name)
+    line = clew("shrink", failed.parent / "latest").stdout.splitlines()[-1]
+    assert f"{failed}/shrunk/world.toml" in line
 
 
 def test_the_plan_of_a_smaller_fleet_does_not_name_the_removed_robots(tmp_path: Path) -> None:

@@ -99,7 +99,16 @@ def test_verbs_that_take_one_fleet_name_the_folders_of_all(tmp_path: Path) -> No
     for name in ("east", "west"):
         (tmp_path / "run" / name).mkdir(parents=True)
         (tmp_path / "run" / name / "events.jsonl").touch()
-    for verb in (["report"], ["log", "info"], ["log", "cat"], ["view"]):
+    (tmp_path / "run" / "run.toml").touch()
+    for verb in (["report"], ["log", "info"], ["log", "cat"], ["view"], ["replay"]):
         said = clew(*verb, tmp_path / "run")
         assert said.exit_code == 2
         assert "has several fleets, each with a folder: east, west" in said.stderr
+
+
+def test_a_folder_of_runs_is_not_taken_for_a_run_with_several_fleets(tmp_path: Path) -> None:
+    (tmp_path / "20261122T180626Z-grove-6bea").mkdir()
+    (tmp_path / "20261122T180626Z-grove-6bea" / "events.jsonl").touch()
+    said = clew("log", "cat", tmp_path)
+    assert (said.exit_code, said.stderr.count("\n")) == (2, 1)
+    assert f"no run in {tmp_path}: events.jsonl: No such file" in said.stderr

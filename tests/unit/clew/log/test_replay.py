@@ -172,6 +172,8 @@ def test_nothing_to_replay_exits_2(run: Path, tmp_path: Path, arguments: tuple[s
     assert (said.exit_code, said.stdout) == (2, "")
     with pytest.raises(UsageError, match="no inputs"):
         replay(tmp_path)
+    with pytest.raises(UsageError, match=r"no run in .*nowhere: there is no such folder"):
+        replay(tmp_path / "nowhere")
 
 
 def test_the_same_seed_gives_the_same_journals_to_the_byte(run: Path, tmp_path: Path) -> None:
