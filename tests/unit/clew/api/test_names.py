@@ -69,7 +69,7 @@ def test_the_examples_in_docstrings_are_true(
     assert found.attempted > 0 or module == "run"
 
 
-@pytest.mark.parametrize(("page", "least"), [("python.md", 16), ("laws.md", 7)])
+@pytest.mark.parametrize(("page", "least"), [("python.md", 16), ("laws.md", 7), ("fields.md", 8)])
 def test_the_examples_of_the_pages_are_true(
     page: str, least: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
