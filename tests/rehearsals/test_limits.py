@@ -224,3 +224,17 @@ vertices_m = [[0.994, 0.113], [2.685, 0.282], [2.680, 0.329]]
 def test_on_a_leg_no_needle_is_too_near_that_two_rays_pass_up_to_their_range(tmp_path: Path) -> None:
     """S1: it comes from beyond the range, to 0.11 m beside the way to the robot ahead."""
     assert arrives_without_a_breach(written(tmp_path, NEEDLE))
+
+
+POST_SIDE_M, FAR_M = 0.003, (899948.82, 899904.955)
+
+
+def test_a_small_post_far_from_the_origin_is_not_driven_over(tmp_path: Path) -> None:
+    """S1: halfway, it fits between two rays of 360; rounding of its area made it count as no thin one."""
+    x_m, y_m = FAR_M[0] - 1.5, FAR_M[1] - 1.5 * math.tan(math.pi / 360.0)
+    half_m = POST_SIDE_M / 2.0
+    post = [[FAR_M[0] + x * half_m, FAR_M[1] + y * half_m] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    text = ARCH.replace("places = [[0.0, 0.0, 0.0]]", f"places = [[{x_m}, {y_m}, 0.0]]")
+    text = text.replace("at_m = [3.985, 0.349]", f"at_m = [{x_m + 3.0}, {y_m}]")
+    text = text.replace("directions = 36\n", "directions = 360\n")
+    assert arrives_without_a_breach(written(tmp_path, f"{text}vertices_m = {post}\n"))

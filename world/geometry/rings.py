@@ -17,7 +17,8 @@ def _cross(a: Floats, b: Floats) -> Floats:
 
 def anticlockwise(ring: Floats) -> Floats:
     """The same ring in anti-clockwise order."""
-    doubled_area = float(_cross(ring, np.roll(ring, -1, axis=0)).sum())
+    seen = ring - ring[0]  # products of coordinates far from the origin leave no digit of a small area
+    doubled_area = float(_cross(seen, np.roll(seen, -1, axis=0)).sum())
     return ring if doubled_area > 0.0 else ring[::-1]
 
 

@@ -90,6 +90,14 @@ def test_smallest_width_is_that_of_the_thinnest_part(shape: Shape, width_m: floa
     )  # perpendicular to the needle's side, not to its axis
 
 
+@pytest.mark.parametrize("turn", [1, -1])
+def test_a_small_ring_far_from_the_origin_is_as_wide_and_as_sharp(turn: int) -> None:
+    far = 9e5 + 0.003 * np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 2.0), (0.0, 1.0)])[::turn]
+    near = far - far[0]
+    assert rings.smallest_width_m(far) == pytest.approx(rings.smallest_width_m(near))
+    assert rings.corners_rad(far).sum() == pytest.approx(3.0 * math.pi)
+
+
 @pytest.mark.parametrize("count", [6, 12, 24, 48])
 def test_many_short_edges_do_not_make_a_round_shape_thin(count: int) -> None:
     across_flats_m = 2 * 0.3 * math.cos(math.pi / count)
