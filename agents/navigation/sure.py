@@ -14,8 +14,8 @@ that chord with T on top, both sides leave P A B through the chord, and T sees t
 least gamma; so does every point of K, since all are in the triangle A B T. K may have several corners, each
 blunter than gamma: a pointed arch of the least width, cut at its feet, has nowhere a shorter way across, and
 sees its feet at 60 degrees from its tip. That nothing sees the chord at less than 60 degrees and gamma is
-proved for convex obstacles without acute corners (`docs/navigation.md`), and was searched for others, as it
-was that four corners need no such limit.
+proved for obstacles without acute corners (`docs/navigation.md`), and was searched for others, as it was that
+four corners need no such limit.
 
 The place nearest to P from which A and B are seen at gamma is the apex over equal ranges: a hit that is moved
 back along its ray, away from P, is seen at a smaller angle. So with m the nearer one of both ranges and s the
