@@ -1,4 +1,8 @@
-"""Receives manual faults and the operator's stop while a run is active, at a socket in its private folder."""
+"""Receives manual faults and the operator's stop while a run is active, at a socket in its private folder.
+
+Rule 1 (safety): what fails while a request is served ends the world, as it does anywhere else. asyncio would
+        only log it: a fence that could not be recorded would be told all the same (F3 of docs/strand.md).
+"""
 
 import asyncio
 import contextlib
@@ -57,13 +61,25 @@ class Serves:
 
 @contextlib.asynccontextmanager
 async def heard(private: Path, folder: Path, serves: Serves) -> AsyncIterator[None]:
-    """Accept requests while the context is open; a file in the run's folder names the socket."""
+    """Accept requests while the context is open; a file in the run's folder names the socket.
+
+    The context raises what fails in it while a request is served (rule 1).
+    """
     where, path = folder / WHERE_FILE, private / SOCKET
     path.unlink(missing_ok=True)
+    world, failures = asyncio.current_task(), list[Exception]()
+
+    async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        try:
+            await _serve(reader, writer, serves)
+        except Exception as error:
+            failures.append(error)  # to be raised in the world's task
+            writer.close()
+            if world is not None:
+                world.cancel()
+
     try:
-        server = await asyncio.start_unix_server(
-            lambda reader, writer: _serve(reader, writer, serves), path, limit=LINE_BYTES_MAX
-        )
+        server = await asyncio.start_unix_server(serve, path, limit=LINE_BYTES_MAX)
     except OSError:  # the path is too long: the run continues without manual faults
         yield
         return
@@ -71,23 +87,34 @@ async def heard(private: Path, folder: Path, serves: Serves) -> AsyncIterator[No
         async with server:
             write_whole(where, os.fsencode(path.resolve()))
             yield
+    except asyncio.CancelledError:
+        if failures:
+            raise failures[0] from None
+        raise
     finally:
         where.unlink(missing_ok=True)
         path.unlink(missing_ok=True)
 
 
 async def _serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, serves: Serves) -> None:
+    answer = await _answer(reader, serves)
     with contextlib.suppress(OSError):  # the client may have ended
-        try:
-            async with asyncio.timeout(ANSWER_S_MAX):
-                said = msgspec.json.decode(await reader.readline(), type=Request)
-            answer = Answer(name=_done(said, serves))
-        except (UsageError, TimeoutError, ValueError) as error:  # msgspec's are ValueErrors
-            answer = Answer(error=str(error))
         writer.write(msgspec.json.encode(answer) + b"\n")
         await writer.drain()
         writer.close()
         await writer.wait_closed()
+
+
+async def _answer(reader: asyncio.StreamReader, serves: Serves) -> Answer:
+    try:
+        async with asyncio.timeout(ANSWER_S_MAX):
+            said = msgspec.json.decode(await reader.readline(), type=Request)
+    except (OSError, ValueError) as error:  # a timeout is the first, msgspec's are the second
+        return Answer(error=str(error))
+    try:
+        return Answer(name=_done(said, serves))
+    except UsageError as error:
+        return Answer(error=str(error))
 
 
 def _done(said: Request, serves: Serves) -> str:

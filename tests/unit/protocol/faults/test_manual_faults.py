@@ -29,9 +29,11 @@ from protocol.timeline import (
     WorldResumed,
 )
 from protocol.wire.codec import decode, encode
+from tests.support.deadline import DEADLINE_S
 from tests.support.strands import formed
 from world.control import Serves, heard
 from world.faults import GIVEN_MAX, TELL_S, RunFaults
+from world.record.recorder import RecordingFailedError
 
 FORMED = formed(10_002, 2, 1, 3)
 
@@ -288,6 +290,20 @@ async def test_the_operators_stop_and_release_are_answered_with_the_fence_or_the
         assert await ask(tmp_path, HaltRequest(stop=True)) == "30000"
         with pytest.raises(UsageError, match="it does not stand"):
             await ask(tmp_path, HaltRequest(stop=False))
+
+
+async def test_what_fails_while_a_request_is_served_ends_the_world(tmp_path: Path) -> None:
+    def halt(*, stop: bool) -> str:
+        raise RecordingFailedError(f"cannot record a fence, stop={stop}")
+
+    async def world() -> None:
+        async with heard(tmp_path, tmp_path, Serves(given_1, nothing_to_end, halt, no_go)):
+            with pytest.raises(UsageError, match="its world has ended"):
+                await ask(tmp_path, HaltRequest(stop=True))
+            await asyncio.sleep(DEADLINE_S)
+
+    with pytest.raises(RecordingFailedError, match="stop=True"):
+        await world()
 
 
 async def test_a_held_run_is_asked_to_go_on_and_answers_with_its_time(tmp_path: Path) -> None:

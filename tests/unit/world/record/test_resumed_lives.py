@@ -1,4 +1,4 @@
-"""A resumed world knows which process of each robot it has seen: no life is recorded twice, and none is missed.
+"""A resumed world knows which processes it has seen: no life is recorded twice, and none is missed.
 
 A process can be seen long before anything that it says is recorded, as when a large fleet starts.
 """
