@@ -62,7 +62,7 @@ class Arena:
         self.moved_s = 0.0
         """The time of the last motion of any body."""
         self.turn_s = 0.0
-        """When a robot last got a turn: it may look for a way for long, and find none."""
+        """When a robot last got a turn, in which it may look for long, or the operator last held the fleet."""
         self._register = Register(len(robots))
         self._told = [0] * len(robots)
         """The number of the newest odometry of each body."""
@@ -291,6 +291,8 @@ class Arena:
         notes += [self.note(record) for body in moves.finished for record in self._finish(body)]
         if moving:
             self.moved_s = self.now_s
+        if self.fence.may is May.STOPPED:
+            self.turn_s = self.now_s
         if notes:
             self._noted_s = self.now_s
         return notes, [body + 1 for body in moves.finished]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from protocol.fence import Cause, Fence, May, Raise, Turn
+from protocol.fence import Cause, Fence, May, Raise, Release, Stop, Turn
 from protocol.frames import Point
 from protocol.timeline import (
     LinkBroken,
@@ -106,6 +106,22 @@ def test_a_robot_that_looks_for_a_way_in_its_turn_keeps_the_run_going() -> None:
     epoch = stage.fence.epoch.next(2, life_of(2))
     stage.put(2, Raise(epoch=epoch, cause=Cause.NEIGHBOUR_LOST))
     stage.put(2, Turn(fence=Fence(epoch=epoch, turn=1, may=May.ONE, robot=2, life=life_of(2))))
+    stage.tick(round(HEAL_S_MAX * SECOND) - 1)
+    stage.look()
+    assert stage.at()[2] is None
+    stage.tick()
+    stage.look()
+    assert stage.at()[2] is Ending.STUCK
+
+
+def test_a_stop_by_the_operator_may_last_for_any_time() -> None:
+    stage = running(time={"time_s_max": 500.0})
+    die(stage, 1)
+    stage.put(0, Stop())
+    stage.tick(round(2 * HEAL_S_MAX * SECOND))
+    stage.look()
+    assert stage.at()[2] is None
+    stage.put(0, Release(generation=stage.fence.epoch.generation))
     stage.tick(round(HEAL_S_MAX * SECOND) - 1)
     stage.look()
     assert stage.at()[2] is None
