@@ -4,10 +4,12 @@ The operator's stop takes the same way: it needs a world that can be reached, an
 
 Rule 1: the world's socket is in the run's private folder, so only the user can reach it. A file in the run's
         folder names the socket while the run is active.
+Rule 2: a world that was killed is started again: a request waits for it. An emergency stop must not be lost.
 """
 
 import os
 import socket
+import time
 from pathlib import Path
 from typing import Annotated
 
@@ -22,6 +24,8 @@ SOCKET = "world.sock"
 WHERE_FILE = "faults.at"
 LINE_BYTES_MAX = 65_536  # a rule that names each of 2000 robots twice takes half of this
 ANSWER_S_MAX = 5.0  # a world answers between two ticks
+AGAIN_S_MAX = 10.0  # to start a world again takes a second, and longer on a slow machine
+AGAIN_EVERY_S = 0.1
 
 
 class FaultRequest(Struct, frozen=True, kw_only=True, tag="fault"):
@@ -82,7 +86,7 @@ def request_fault(run: Path, request: Request) -> str:
         where = os.fsdecode(read_bytes(run / WHERE_FILE, LINE_BYTES_MAX))
         with socket.socket(socket.AF_UNIX) as connection:
             connection.settimeout(ANSWER_S_MAX)
-            connection.connect(where)
+            _connect(connection, where)
             connection.sendall(msgspec.json.encode(request) + b"\n")
             with connection.makefile("rb") as file:
                 answer = msgspec.json.decode(file.readline(LINE_BYTES_MAX), type=Answer)
@@ -97,3 +101,15 @@ def request_fault(run: Path, request: Request) -> str:
     if answer.name is None:
         raise UsageError(answer.error or f"{run}: its world refuses without a reason")
     return answer.name
+
+
+def _connect(connection: socket.socket, where: str) -> None:
+    """Rule 2: as long as there is a socket, there will be a world, or the launcher removes it."""
+    until_s = time.monotonic() + AGAIN_S_MAX
+    while True:
+        try:
+            return connection.connect(where)
+        except ConnectionRefusedError:
+            if time.monotonic() >= until_s:
+                raise
+        time.sleep(AGAIN_EVERY_S)

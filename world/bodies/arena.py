@@ -62,7 +62,7 @@ class Arena:
         self.moved_s = 0.0
         """The time of the last motion of any body."""
         self.turn_s = 0.0
-        """When a robot last got a turn, in which it may look for long, or the operator last held the fleet."""
+        """When a robot last got a turn, in which it may look for long, or the operator held the fleet."""
         self._register = Register(len(robots))
         self._told = [0] * len(robots)
         """The number of the newest odometry of each body."""

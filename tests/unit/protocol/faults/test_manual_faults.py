@@ -2,12 +2,15 @@
 
 import asyncio
 import pickle
+import socket
 from pathlib import Path
 
 import pytest
 
 from protocol.errors import UsageError
 from protocol.faults.manual_faults import (
+    AGAIN_EVERY_S,
+    SOCKET,
     WHERE_FILE,
     EndRequest,
     FaultRequest,
@@ -290,6 +293,16 @@ async def test_the_operators_stop_and_release_are_answered_with_the_fence_or_the
         assert await ask(tmp_path, HaltRequest(stop=True)) == "30000"
         with pytest.raises(UsageError, match="it does not stand"):
             await ask(tmp_path, HaltRequest(stop=False))
+
+
+async def test_a_stop_waits_for_a_world_that_was_killed_and_is_started_again(tmp_path: Path) -> None:
+    with socket.socket(socket.AF_UNIX) as killed:
+        killed.bind(str(tmp_path / SOCKET))
+    (tmp_path / WHERE_FILE).write_text(str(tmp_path / SOCKET))
+    asking = asyncio.create_task(ask(tmp_path, HaltRequest(stop=True)))
+    assert await asyncio.wait([asking], timeout=3.0 * AGAIN_EVERY_S) == (set(), {asking})
+    async with heard(tmp_path, tmp_path, Serves(given_1, nothing_to_end, lambda *, stop: f"{stop}", no_go)):
+        assert await asking == "True"
 
 
 async def test_what_fails_while_a_request_is_served_ends_the_world(tmp_path: Path) -> None:
