@@ -9,7 +9,7 @@ Rule 3: where it knows no way on, and the strand has lost robots, it wants anoth
 Rule 4: after each step that it gives up, but the first ones in an epoch, it waits before it plans again, for
         a time that its life draws. Else two leaders that see the same give way to each other for ever.
 Rule 5 (safety): if it began too near to something, the robots behind do not come there. It wants a view when
-        it has gone on. Where obstacles move, each motion is permitted by a newer scan anyway.
+        it has gone on. Where obstacles move, too: a permission to move keeps off contact alone.
 """
 
 import math
@@ -193,7 +193,7 @@ class Leading:
     def _is_too_near(self, scan: View) -> bool:
         """Rule 5: whether something is too near for another robot to come to where this one stands."""
         mission = self._mission
-        if not mission.promises_clearance or mission.obstacles_move:
+        if not mission.promises_clearance:
             return False
         ground = self._strand.grants.ground.occupied
         robots = on_ground(scan.points, ground, within_m=mission.hull_reach_m)
