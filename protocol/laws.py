@@ -124,13 +124,13 @@ def _source(name: str) -> tuple[str, Callable[[], Any]]:
 
 def _called(name: str, law: Any) -> Any:  # noqa: ANN401 - as of `find`
     """The law, if it is of the right shape; what it answers is for the robot to check."""
-    what = f"the law {name!r} must be a function of what is seen"
+    what = f"the law {name!r} must be a function with one argument, what is seen"
     if not callable(law) or isinstance(law, type):
         raise UsageError(f"{what}, got {'a class' if isinstance(law, type) else type(law).__name__}")
     try:
         signature(law).bind(None)
     except TypeError as error:
-        raise UsageError(f"{what}, got one of {signature(law)}: {error}") from error
+        raise UsageError(f"{what}, got one with {signature(law)}: {error}") from error
     except ValueError:
         pass  # a function in C may have no signature
     return law

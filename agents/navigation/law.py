@@ -34,7 +34,7 @@ ROUNDING_M = 1e-9  # a law's own search for certified steps may differ from the 
 
 @dataclass(frozen=True)
 class Seen:
-    """What a law may go by; positions are in the frame of odometry, which all robots share [m, rad]."""
+    """What a law gets; positions are in the frame of odometry, which all robots share [m, rad]."""
 
     sight: Sight
     walls: Walls

@@ -52,7 +52,7 @@ def drop(*kinds: str, **which: Unpack[Which]) -> Rule:
 
 
 def delay(*kinds: str, max_s: float, min_s: float = 0.0, **which: Unpack[Which]) -> Rule:
-    """Messages arrive later, each by its own time."""
+    """Messages arrive late, each by a random time from `min_s` to `max_s`."""
     return _of_messages("delay", kinds, which, delay_s_max=max_s, delay_s_min=min_s)
 
 
@@ -62,7 +62,7 @@ def duplicate(*kinds: str, copies: int = 1, max_s: float = 0.0, **which: Unpack[
 
 
 def reorder(*kinds: str, hold_s: float, **which: Unpack[Which]) -> Rule:
-    """Messages are held for this time, so that later messages overtake them."""
+    """Messages are held for `hold_s`, so that later messages overtake them."""
     return _of_messages("reorder", kinds, which, hold_s=hold_s)
 
 
@@ -109,12 +109,12 @@ def thaw(target: int | str, **when: Unpack[When]) -> Rule:
 
 
 def restart(target: int | str, *, after_s: float = 0.0, at: str | None = None, **when: Unpack[When]) -> Rule:
-    """SIGKILL, and after this time a new process without any memory."""
+    """SIGKILL, and `after_s` later a new process without any memory."""
     return _of_process("restart", target, when, after_s=after_s, point=at)
 
 
 def slow(target: int | str, *, by_s: float, for_s: float | None = None, **when: Unpack[When]) -> Rule:
-    """The process reacts so much later to everything that arrives."""
+    """The process reacts `by_s` later to everything that arrives."""
     return _of_process("slow", target, when, delay_s=by_s, for_s=for_s)
 
 

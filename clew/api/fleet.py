@@ -150,7 +150,9 @@ class Fleet(ABC):
         where: Callable[[Entry], bool] | None = None,
         timeout_s: float = TIMEOUT_S,
     ) -> Entry:
-        """Wait for the next entry of this kind (rule 2).
+        """Wait for the next entry of this kind.
+
+        Each entry is looked at once, in order. A fault skips the entries that came before it.
 
         Args:
             kind: as `"step.planned"` or `"view.*"`, or several.
@@ -225,7 +227,7 @@ class Fleet(ABC):
         return self._count
 
     def inject(self, rule: Rule) -> Given:
-        """Give the fleet a fault: before it begins, as a rule of its plan, and later from now on (rule 1).
+        """Give the fleet a fault: before it begins, a rule of its plan; later, one from now on.
 
         Raises:
             UsageError: it does not fit the fleet, has no effect, or cannot be given any more.
@@ -294,22 +296,22 @@ class Fleet(ABC):
 
     @property
     def leader(self) -> "Target":
-        """The robot that leads when the fault strikes; of a fault that is given later, that leads now."""
+        """The leader: when the fault strikes or, once the fleet has begun, when it is given."""
         return Target(self, "leader")
 
     @property
     def middle(self) -> "Target":
-        """The robot in the middle of the strand, likewise."""
+        """The robot in the middle of the strand, at the same time as for `leader`."""
         return Target(self, "middle")
 
     @property
     def tail(self) -> "Target":
-        """The last robot of the strand, likewise."""
+        """The last robot of the strand, at the same time as for `leader`."""
         return Target(self, "tail")
 
     @property
     def coordinator(self) -> "Target":
-        """The robot that coordinates the view, likewise."""
+        """The robot that coordinates the view, at the same time as for `leader`."""
         return Target(self, "coordinator")
 
     @property

@@ -81,15 +81,15 @@ def launch(
     (2, True)
 
     Args:
-        scenario: as of `rehearse`, like all others but two.
-        robots: likewise.
-        seed: likewise.
-        law: likewise.
-        deployment: likewise.
-        time_s_max: likewise.
+        scenario: as in `rehearse`.
+        robots: as in `rehearse`.
+        seed: as in `rehearse`.
+        law: as in `rehearse`.
+        deployment: as in `rehearse`.
+        time_s_max: as in `rehearse`.
         speed: of live fleets, times real time; `max`: as fast as the robots answer.
-        faults: likewise.
-        out: likewise.
+        faults: as in `rehearse`.
+        out: as in `rehearse`.
         stage: `live`, real processes; or `rehearsal`, virtual time, which passes only in waits.
 
     Raises:

@@ -157,7 +157,7 @@ class Run:
 
     @property
     def messages(self) -> list[Message]:
-        """What robots received, and what was lost or refused; of orders to the world only the latter."""
+        """What robots received, and what was lost or refused; of messages to the world only the latter."""
         return messages_of(processes_of(self.folder), self._reading.lines)
 
     def at(self, t_s: float) -> Moment:

@@ -113,7 +113,7 @@ _add(
 _add(
     "slow",
     "Make a robot slow in everything that it does.",
-    [TARGET, _time("--by", "delay_s", "Extra time for each round of its loop", required=True), FOR],
+    [TARGET, _time("--by", "delay_s", "Delay of each read of its inbox", required=True), FOR],
 )
 _add_message_fault("drop", "Lose messages.")
 _add_message_fault(

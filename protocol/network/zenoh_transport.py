@@ -336,7 +336,8 @@ def _connected(session: Session, timeout_ms: int) -> zenoh.Session:
         return zenoh.open(config)
     except zenoh.ZError as error:
         raise UsageError(
-            f"no router answers at {' or '.join(session.endpoints)}, or it refuses {session.name}'s password"
+            f"no router answers at {' or '.join(session.endpoints)}, "
+            f"or it refuses the password of {session.name}"
         ) from error
 
 

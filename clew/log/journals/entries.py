@@ -58,7 +58,7 @@ def find_entry(lines: Sequence[Line], said: str) -> int:
             f"got {said}"
         )
     if len(found) != 1:
-        raise UsageError(f"the log has {len(found)} entries {said}" + (how if found else ""))
+        raise UsageError(f"the log has {len(found) or 'no'} entries {said}" + (how if found else ""))
     return found[0]
 
 

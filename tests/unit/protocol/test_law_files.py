@@ -62,9 +62,12 @@ def test_what_names_no_law_of_a_file_is_refused_in_one_line(folder: Path, said: 
         ("def mine(seen)", r"cannot be loaded from .*: SyntaxError: expected ':' \(mylaw\.py, line 1\)"),
         ("import nowhere", "cannot be loaded from .*: ModuleNotFoundError: No module named 'nowhere'"),
         ("raise SystemExit(0)", "cannot be loaded from .*: SystemExit: 0"),
-        ("mine = 3", "must be a function of what is seen, got int"),
-        ("class mine: ...", "must be a function of what is seen, got a class"),
-        ("def mine(): ...", r"must be a function of what is seen, got one of \(\): too many positional"),
+        ("mine = 3", "must be a function with one argument, what is seen, got int"),
+        ("class mine: ...", "must be a function with one argument, what is seen, got a class"),
+        (
+            "def mine(): ...",
+            r"must be a function with one argument, what is seen, got one with \(\): too many positional",
+        ),
         ("def mine(seen, ways): ...", r"must be .* \(seen, ways\): missing a required argument: 'ways'"),
     ],
 )

@@ -47,7 +47,9 @@ def test_a_law_that_cannot_be_loaded_is_refused_in_one_line(installed: Path, val
 def test_an_installed_law_that_is_no_function_is_refused(installed: Path) -> None:
     (installed / "numeral.py").write_text("law = 3\n")
     install(installed, "some", {"mine": "numeral:law"})
-    with pytest.raises(UsageError, match="'mine' must be a function of what is seen, got int"):
+    with pytest.raises(
+        UsageError, match="'mine' must be a function with one argument, what is seen, got int"
+    ):
         laws.find("mine")
 
 

@@ -206,8 +206,8 @@ def test_an_entry_is_given_by_its_number_or_as_a_printed_line(run: Path, why: Wh
         ("r2", "an entry is r3:17"),
         ("", "0 entries given; choose one"),
         ("step.planned", "choose one: r1:"),
-        ("r2:99999", "the log has 0 entries r2:99999"),
-        ("    3.301     r2 view.proposed", "the log has 0 entries"),
+        ("r2:99999", "the log has no entries r2:99999"),
+        ("    3.301     r2 view.proposed", "the log has no entries"),
         ("    0.600  world pose.sampled", "choose one by its number"),
     ],
 )
