@@ -5,6 +5,7 @@ Rule 2: a log is complete if no source's numbers have a hole, and the world itse
 Rule 3: a log of another schema is read as far as this program knows its kinds and their fields.
 """
 
+import re
 from collections.abc import Iterable, Iterator
 from hashlib import blake2b
 from io import BufferedReader, BytesIO
@@ -17,9 +18,9 @@ from clew.log.flaws import Findings
 from clew.log.header import UNREADABLE, header_of, is_entry
 from protocol.errors import UsageError
 from protocol.files.opening import open_regular
-from protocol.run_settings import SETTINGS_FILE
 from world.record.lines import Line, read_line, read_lines
 from world.record.recorder import EVENTS_FILE
+from world.scenario.fleets import FLEET_NAME
 
 BLOCK_BYTES = 1 << 18  # read at once, to be decoded at once
 LINE_BYTES_MAX = 1 << 25  # 32 MiB
@@ -83,11 +84,14 @@ def has_several(run: Path, fleets: Iterable[str]) -> UsageError:
 def fleets_in(run: Path) -> list[str]:
     """The names of the fleets of a run with several, which has a folder for each; otherwise none.
 
-    A folder of runs, such as `runs/`, has no settings of its own.
+    A folder of runs, such as `runs/`, has other names in it, and a link.
     """
-    if not (run / SETTINGS_FILE).exists() or (run / EVENTS_FILE).exists():
+    if not run.is_dir() or (run / EVENTS_FILE).exists():
         return []
-    return sorted(each.parent.name for each in run.glob(f"*/{EVENTS_FILE}"))
+    folders = [each.parent for each in run.glob(f"*/{EVENTS_FILE}")]
+    if any(each.is_symlink() or not re.fullmatch(FLEET_NAME, each.name) for each in folders):
+        return []
+    return sorted(each.name for each in folders)
 
 
 def _one_by_one(block: bytes, first: int, findings: Findings, unread: "blake2b") -> Iterator[Line]:

@@ -30,7 +30,15 @@ from world.scenario.reading import name_law, read_found
 from world.scenario.scenario import Scenario
 from world.scenario.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
 
-FleetName = Annotated[str, Meta(pattern=r"^[a-z][a-z0-9-]*$", max_length=32)]
+FLEET_NAME = r"[a-z][a-z0-9-]*"
+FleetName = Annotated[
+    str,
+    Meta(
+        pattern=f"^{FLEET_NAME}$",
+        max_length=32,
+        extra={"words": "at most 32 small letters, digits and '-', a letter first"},
+    ),
+]
 ROUNDING_M = 1e-9
 
 

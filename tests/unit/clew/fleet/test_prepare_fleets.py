@@ -99,7 +99,6 @@ def test_verbs_that_take_one_fleet_name_the_folders_of_all(tmp_path: Path) -> No
     for name in ("east", "west"):
         (tmp_path / "run" / name).mkdir(parents=True)
         (tmp_path / "run" / name / "events.jsonl").touch()
-    (tmp_path / "run" / "run.toml").touch()
     for verb in (["report"], ["log", "info"], ["log", "cat"], ["view"], ["replay"]):
         said = clew(*verb, tmp_path / "run")
         assert said.exit_code == 2
