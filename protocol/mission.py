@@ -27,7 +27,14 @@ def start_wall_s(robots: int) -> float:
 
 
 LAW_NAME = r"[a-z][a-z0-9_-]*"
-LawName = Annotated[str, Meta(pattern=f"^({LAW_NAME}|[^:]+[.]py:[A-Za-z0-9_@]+)$", max_length=200)]
+LawName = Annotated[
+    str,
+    Meta(
+        pattern=f"^({LAW_NAME}|[^:]+[.]py:[A-Za-z0-9_@]+)$",
+        max_length=200,
+        extra={"words": "a law's name as certified, or FILE.py:NAME, of at most 200 characters"},
+    ),
+]
 """A law of ours, of a package or of Python code; or one of a file (`protocol/law_files.py`)."""
 CERTIFIED = "certified"
 UNCERTIFIED = frozenset({"printed", "resultant"})

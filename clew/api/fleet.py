@@ -150,9 +150,7 @@ class Fleet(ABC):
         where: Callable[[Entry], bool] | None = None,
         timeout_s: float = TIMEOUT_S,
     ) -> Entry:
-        """Wait for the next entry of this kind.
-
-        Each entry is looked at once, in order. A fault skips the entries that came before it.
+        """Wait for the next entry of this kind. Each is looked at once; a fault skips what came before it.
 
         Args:
             kind: as `"step.planned"` or `"view.*"`, or several.

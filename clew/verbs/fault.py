@@ -12,14 +12,14 @@ import click
 from clew.verbs.group import LateGroup
 from clew.verbs.options import RUN, FiniteRange, robots_option
 from protocol.faults.manual_faults import EndRequest, FaultRequest, HaltRequest, request_fault
-from protocol.faults.rules import Rule
+from protocol.faults.rules import ROLES, ROUTER, Rule
 from protocol.files.names import did_you_mean
 from protocol.files.reading import understand
-from protocol.keys import robot_number
+from protocol.keys import WORLD, robot_number
 
 Parameter = Callable[[Callable[..., None]], Callable[..., None]]
 
-OTHERS = ("leader", "middle", "tail", "coordinator", "world", "router")
+OTHERS = (*ROLES, WORLD, ROUTER)
 
 
 def seconds(text: str | float) -> float:

@@ -10,13 +10,26 @@ from typing import Annotated, Literal
 from msgspec import Meta, Struct, field
 
 from protocol.frames import ROBOTS_MAX, Count, Seconds
+from protocol.keys import WORLD
 
 ROUTER = "router"
 ROBOT = r"r[1-9][0-9]{0,3}"  # robots have numbers up to 2000
-Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.-]{1,64}$")]
-Process = Annotated[str, Meta(pattern=rf"^({ROBOT}|world)$")]
-End = Annotated[str, Meta(pattern=rf"^({ROBOT}|world|router)$")]
-Target = Annotated[str, Meta(pattern=rf"^({ROBOT}|leader|middle|tail|coordinator|world|router)$")]
+ROLES = ("leader", "middle", "tail", "coordinator")
+
+
+def _process(*others: str) -> Meta:
+    """A robot or one of these; `words` and `names` are for refusals (`protocol.files.refusals`)."""
+    words = f"a robot as r3, or {', '.join(others)}"
+    return Meta(pattern=rf"^({'|'.join((ROBOT, *others))})$", extra={"words": words, "names": others})
+
+
+Name = Annotated[
+    str,
+    Meta(pattern=r"^[A-Za-z0-9_.-]{1,64}$", extra={"words": "1 to 64 letters, digits, '_', '.' or '-'"}),
+]
+Process = Annotated[str, _process(WORLD)]
+End = Annotated[str, _process(WORLD, ROUTER)]
+Target = Annotated[str, _process(*ROLES, WORLD, ROUTER)]
 Probability = Annotated[float, Meta(ge=0.0, le=1.0)]
 SomeSeconds = Annotated[float, Meta(gt=0.0, le=1e4)]
 MessageKind = Literal[

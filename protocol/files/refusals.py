@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from typing import Any
 
 from msgspec import inspect
 
@@ -41,7 +42,9 @@ def one_line(refusal: str, raw: object, wanted: type) -> str:
     if (field := _FIELD.fullmatch(what)) is not None:
         return f"${path}: {_field(field, value, path, wanted)}"
     if (expected := _EXPECTED.fullmatch(what)) is not None:
-        return f"${path}: must be {_bound(expected, path)}, got {short(value)}"
+        said = _in_words(wanted, path) if isinstance(value, str) else {}
+        bound, near = said.get("words") or _bound(expected, path), said.get("names", ())
+        return f"${path}: must be {bound}, got {short(value)}{did_you_mean(str(value), near)}"
     if what.startswith("Invalid"):  # of an enum, a literal, or the field that says which shape it is
         choices = sorted({choice for kind in _kinds(wanted, path) for choice in _choices(kind)})
         return f"${path}: must be {_one_of(choices)}, got {short(value)}{did_you_mean(str(value), choices)}"
@@ -89,10 +92,33 @@ def _one_of(choices: list[str]) -> str:
 
 def _kinds(wanted: type, path: str) -> list[inspect.Type]:
     """The types that are allowed at a path."""
-    kinds = list(_bare(inspect.type_info(wanted)))
+    return [bare for kind in _whole(wanted, path) for bare in _bare(kind)]
+
+
+def _whole(wanted: type, path: str) -> list[inspect.Type]:
+    """The types that are allowed at a path, with what is said of them."""
+    kinds: list[inspect.Type] = [inspect.type_info(wanted)]
     for key, index in _STEP.findall(path):
-        kinds = [bare for kind in kinds for inner in _inner(kind, key, index) for bare in _bare(inner)]
+        kinds = [inner for kind in kinds for bare in _bare(kind) for inner in _inner(bare, key, index)]
     return kinds
+
+
+def _in_words(wanted: type, path: str) -> dict[str, Any]:
+    """The pattern of a text at a path in `words`, and the `names` that fit it, where its type says so."""
+    found = (extra for kind in _whole(wanted, path) for extra in _extras(kind) if "words" in extra)
+    return next(found, {})
+
+
+def _extras(kind: inspect.Type) -> Iterator[dict[str, Any]]:
+    match kind:
+        case inspect.Metadata(type=inner, extra=extra):
+            yield extra or {}
+            yield from _extras(inner)
+        case inspect.UnionType(types=types):
+            for inner in types:
+                yield from _extras(inner)
+        case _:
+            pass
 
 
 def _bare(kind: inspect.Type) -> Iterator[inspect.Type]:

@@ -75,15 +75,16 @@ def test_the_required_plans_are_shipped() -> None:
             'fault = "kill"\ntarget = "r1"\noccurrence = 2',
             "$.rule[0]: occurrence must be 1 where there is no ",
         ),
-        ('fault = "drop"\nname = "a b"', "$.rule[0].name: must be a string matching regex '^[A-Za"),
+        ('fault = "drop"\nname = "a b"', "$.rule[0].name: must be 1 to 64 letters, digits, '_',"),
         ('fault = "thaw"\ntarget = "r1"\npoint = "mid_drive"', "$.rule[0]: point must not be given to thaw"),
         ('fault = "thaw"\ntarget = "world"', "$.rule[0]: target must not be the world"),
         ('fault = "slow"\ntarget = "router"\ndelay_s = 0.1', "$.rule[0]: target must not be the router"),
         ('fault = "freeze"\ntarget = "world"', "$.rule[0]: for_s must be given where the world is frozen"),
         (
             'fault = "kill"\ntarget = "r0"',
-            "$.rule[0].target: must be a string matching regex '^(r[1-9][0-9]{0,3}|leader|",
+            "$.rule[0].target: must be a robot as r3, or leader, middle, tail, coordinator, world, router",
         ),
+        ('fault = "drop"\nto = ["r1", 3]', "$.rule[0].to[1]: must be a string, got 3"),
         (
             'fault = "drop"\nburst = { enter = 0.6, leave = 0.6, loss = 1.0 }',
             "$.rule[0].burst: enter + leave must be <= 1, got 0.6 + 0.6",
@@ -96,6 +97,11 @@ def test_the_required_plans_are_shipped() -> None:
 )
 def test_an_invalid_rule_is_refused_with_path_bound_and_value(tmp_path: Path, rule: str, said: str) -> None:
     assert refusal(tmp_path, rule).startswith(said)
+
+
+def test_a_process_that_is_mistyped_gets_a_suggestion(tmp_path: Path) -> None:
+    said = refusal(tmp_path, 'fault = "kill"\ntarget = "leadr"')
+    assert said.endswith("got 'leadr'; did you mean 'leader'?")
 
 
 def test_a_broken_relation_is_reported_without_the_whole_rule(tmp_path: Path) -> None:
