@@ -31,6 +31,14 @@ def test_a_mutant_whose_source_no_longer_exists_is_an_error(tmp_path: Path) -> N
         apply(gone, tmp_path)
 
 
+def test_a_mutant_changes_the_copy_and_not_our_source(tmp_path: Path) -> None:
+    file = "protocol/wire/link.py"
+    ours = (ROOT / file).read_text(encoding="utf-8")
+    apply(Mutant("named", "", (Edit(file, "class Link(", "class Mutated("),)), tmp_path)
+    assert (ROOT / file).read_text(encoding="utf-8") == ours
+    assert (tmp_path / file).read_text(encoding="utf-8") == ours.replace("class Link(", "class Mutated(")
+
+
 def test_a_mutant_is_caught_and_an_unchanged_source_is_not() -> None:
     mutants = {mutant.name: mutant for mutant in MUTANTS}
     caught = run_mutant(mutants["drives-on"])  # its run ends as soon as it has broken F1
