@@ -13,7 +13,7 @@ Usage: launch/test.sh [--long] [PYTEST ARGUMENTS]
   the first time). It takes seven to ten minutes on two cores, and exits with 0 if all is well, else with 1.
 
   With --long, also the tests that show again what another one shows, with more seeds, robots or loss, and those
-  that try the benchmarks: four minutes more.
+  that try the benchmarks: four minutes more. Properties are then tried with twice as many examples.
 
   Examples:
     launch/test.sh
@@ -25,7 +25,10 @@ USAGE
     ;;
 esac
 short=" and not long"
-[[ ${1-} != --long ]] || { short="" && shift; }
+more=()
+[[ ${1-} != --long ]] || { short="" && more=(--hypothesis-profile=long) && shift; }
+# Hundreds of processes start in the tests: each would compile all of its modules anew.
+unset PYTHONDONTWRITEBYTECODE
 source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/setup.sh"
 set_up dev
 cd "$clew_root"
@@ -70,7 +73,7 @@ check_page() {
 check_tests() {
     local code=0
     clew_say "pytest $*"
-    "$python" -m pytest "$@" || code=$?
+    "$python" -m pytest "$@" "${more[@]}" || code=$?
     ((code == 0 || (code == 5 && chosen))) || note_failed "pytest $1 $2"
 }
 
