@@ -13,6 +13,7 @@ from clew.fleet.table_rows import Row, Scoreboard
 from clew.story.states import State
 from protocol.timeline import GoalReached, Record, RobotAppeared, RobotDied
 from tests.support.logs.logs import GOOD, HEADER, numbered
+from tests.support.long import long
 from tests.support.strands import strand
 from world.scenario.scenario import load
 
@@ -58,7 +59,7 @@ def row(robot: int, place: int | None, state: State) -> Row:
     )
 
 
-@pytest.mark.parametrize("height", range(6, 60, 3))
+@pytest.mark.parametrize("height", [*range(6, 18, 3), 30, 57, *long(range(18, 57, 3))])
 @pytest.mark.parametrize("width", [40, 80, 200])
 def test_picture_is_lower_than_its_terminal_and_counts_all_robots(
     many: Scoreboard, height: int, width: int

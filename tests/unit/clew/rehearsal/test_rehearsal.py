@@ -59,7 +59,7 @@ def lossy(seed: int) -> Rehearsal:
     return Rehearsal(load("grove"), seed, LOSSY).run()
 
 
-@pytest.mark.parametrize("seed", range(1, 4))
+@pytest.mark.parametrize("seed", [1, *long([2, 3])])
 def test_loss_delay_and_duplication_only_cost_time(seed: int) -> None:
     rehearsal = lossy(seed)
     again = replay(test_loss_delay_and_duplication_only_cost_time, seed)
