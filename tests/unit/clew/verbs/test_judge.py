@@ -58,7 +58,7 @@ def test_another_scene_is_judged_instead_of_that_in_the_header(tmp_path: Path, r
 
 def test_the_scenario_of_the_run_itself_is_no_other_one(tmp_path: Path) -> None:
     run = tmp_path / "run"
-    clew("rehearse", "door", "-n", "2", "--out", run)
+    clew("rehearse", "door", "-n", "1", "--out", run)
     for scene in ("door", run / "scenario.toml"):
         said = clew("judge", run, scene)
         assert (said.exit_code, said.stderr, said.stdout) == (0, "", clew("judge", run).stdout)
