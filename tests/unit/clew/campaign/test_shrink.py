@@ -122,7 +122,7 @@ def test_a_reason_that_is_also_the_way_to_fail_is_printed_once(tmp_path: Path) -
     plan = Plan(name="deaf", rules=(Drop(),))
     (tmp_path / "deaf.toml").write_text(plan_text(plan), encoding="utf-8")
     run, field = tmp_path / "run", scene(tmp_path / "small.json")
-    asked = ["-n", "2", "--time-s-max", "20", "--faults", tmp_path / "deaf.toml", "--out", run]
+    asked = ["-n", "2", "--time-s-max", "20", "--faults", str(tmp_path / "deaf.toml"), "--out", str(run)]
     clew("rehearse", field, *asked)
     reason = json.loads((run / VERDICT_FILE).read_text(encoding="utf-8"))["reason"]
     assert clew("shrink", run).stderr.splitlines()[0] == f"shrink: {reason}"
