@@ -97,7 +97,9 @@ def request_fault(run: Path, request: Request) -> str:
     except TimeoutError as error:
         raise UsageError(f"{run}: its world does not answer within {ANSWER_S_MAX:g} s") from error
     except (OSError, ValueError) as error:  # msgspec's are ValueErrors
-        raise UsageError(f"{run}: its world has ended: the run is over") from error
+        raise UsageError(
+            f"{run}: its world has ended before it answered; ask again if the run goes on"
+        ) from error
     if answer.name is None:
         raise UsageError(answer.error or f"{run}: its world refuses without a reason")
     return answer.name

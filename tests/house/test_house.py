@@ -67,6 +67,7 @@ ONLY_IN = {
         "clew/verbs/bench_rehearsal.py",
         "clew/verbs/bench_scale.py",
         "clew/verbs/bench_soak.py",
+        "protocol/faults/manual_faults.py",
         "protocol/network/faulty_transport.py",
         "world/life.py",
         "world/shell.py",
