@@ -80,9 +80,13 @@ class _Trials:
         self._count += 1
         same = found is not None and found.way == self._failure.way
         if same:
-            rules, robots = len(case.plan.rules), case.scenario.fleet.robots
-            click.echo(f"shrink: after {self._count} rehearsals: {rules} rules, {robots} robots", err=True)
+            left = f"{_many(len(case.plan.rules), 'rule')}, {_many(case.scenario.fleet.robots, 'robot')}"
+            click.echo(f"shrink: after {_many(self._count, 'rehearsal')}: {left}", err=True)
         return same
+
+
+def _many(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
 def _run(run: Path) -> "tuple[Case, Failure | None]":
