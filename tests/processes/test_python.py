@@ -52,7 +52,7 @@ def test_a_live_fleet_that_cannot_start_says_why(tmp_path: Path) -> None:
     (tmp_path / "something").touch()
     with (
         clew.launch("grove", robots=2, out=tmp_path) as fleet,
-        pytest.raises(clew.WaitFailedError, match=r"did not start: .*it is not empty"),
+        pytest.raises(clew.WaitFailedError, match=r"did not start: .*is not empty"),
     ):
         fleet.begin()
 

@@ -83,7 +83,7 @@ def test_a_speed_that_no_fleet_has_is_refused_on_both_stages(stage: str, speed: 
 def test_a_folder_that_is_not_empty_is_refused_without_a_word_of_options(here: Path) -> None:
     (here / "run").mkdir()
     (here / "run" / "file").touch()
-    with pytest.raises(clew.UsageError, match=r"^run: it is not empty, and a run never writes"):
+    with pytest.raises(clew.UsageError, match=r"^run: is not empty; a run needs a new or an empty"):
         rehearsed(out="run")
 
 

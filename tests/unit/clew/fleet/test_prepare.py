@@ -113,7 +113,7 @@ def test_of_two_fleets_that_begin_in_one_folder_at_once_the_second_is_refused(tm
     folder = tmp_path / "run"
     begun = make_folder(folder)
     before = sorted(folder.iterdir())
-    with pytest.raises(UsageError, match="it is not empty"):
+    with pytest.raises(UsageError, match="is not empty"):
         make_folder(folder)
     assert (begun, sorted(folder.iterdir())) == ([folder], before)
 
