@@ -179,6 +179,11 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
         )
 
     @property
+    def drive_off_rad(self) -> float:
+        """How far a drive may be off its heading at most; the loader checks it (`DRIVE_SHARE`)."""
+        return DRIVE_SHARE * self.mu0_m / self.range_m_max
+
+    @property
     def moves_off_m(self) -> float:
         """The least distance of a robot's centre from anything in sight at which it may move at all.
 

@@ -110,7 +110,9 @@ def travel_m(origin: Floats, headings: Floats, starts: Floats, ends: Floats, kee
 class Stadiums:
     """Segments, each with the distance to keep from it, as they lie around one place."""
 
-    def __init__(self, origin: Floats, starts: Floats, ends: Floats, keep_m: Floats) -> None:
+    def __init__(
+        self, origin: Floats, starts: Floats, ends: Floats, keep_m: Floats, *, away: float = 0.0
+    ) -> None:
         """Look around.
 
         Args:
@@ -118,11 +120,13 @@ class Stadiums:
             starts: one end of each segment (n, 2) [m].
             ends: the other end (n, 2) [m].
             keep_m: distance to keep from each segment (n,) [m].
+            away: sine of the angle by which a motion has to lead away from a segment that is nearer than that.
         """
         to_nearest = nearest_on_segments(origin, starts, ends) - origin
         off_m = np.hypot(to_nearest[:, 0], to_nearest[:, 1])
         inside = off_m < keep_m - TOUCHING_M
         self._to_inside = to_nearest[inside]
+        self._approach_m = TOUCHING_M - away * off_m[inside]
         # Where the start touches, rounding must not decide whether a motion along the wall is free.
         keep_m = np.maximum(keep_m - np.where(off_m < keep_m + TOUCHING_M, TOUCHING_M / 2.0, 0.0), 0.0)
         # Only `_to_inside` speaks for a segment that is nearer than its distance.
@@ -139,11 +143,11 @@ class Stadiums:
 
         Returns:
             Metres for each heading (h,), infinite where nothing is in the way. A segment that is already
-            nearer than its distance forbids only motion towards it.
+            nearer than its distance forbids only motion that does not lead away from it.
         """
         free = np.full(len(headings), np.inf)
         if len(self._to_inside):
-            approaching = headings @ self._to_inside.T > TOUCHING_M
+            approaching = headings @ self._to_inside.T > self._approach_m
             free[approaching.any(axis=1)] = 0.0
         heading, segment = self._in_sight(headings)
         parts = [(heading, segment)]

@@ -5,9 +5,9 @@ Rule 1: ground is free as far as the scan is sure of it (`agents/navigation/sure
 Rule 2: a step is certified if the disc of radius r + epsilon, swept along it, stays inside.
 Rule 3: a step keeps the robots' distance from ground that robots behind may still reach. From the bounds of
         the region it keeps the hull's radius and the tolerance.
-Rule 4: an edge that is already nearer than its distance only forbids motion towards it, as far as it is
-        nearer. Else a leader could drive beside a long edge for ever, and each drive error would bring it
-        nearer.
+Rule 4: an edge that is already nearer than its distance forbids motion that does not lead away from it, as
+        far as it is nearer, by what a drive may be off. Else a leader could drive beside a long edge or round
+        a post for ever, and each drive error would bring it nearer.
 Rule 5: a short step, which leads to another place to look from, keeps all of that from what was hit and from
         robots' bodies, and half of the tolerance less from sharper corners that two rays may hide. The rest
         of the tolerance is for the drive: on a way so short it errs by an eighth of its share at most
@@ -37,6 +37,8 @@ class Walls:
     starts: Floats
     ends: Floats
     keep_m: Floats
+    away: float = 0.0
+    """Sine of the angle by which a motion leads away from an edge that is nearer than that (rule 4)."""
 
     @cached_property
     def _seen_from(self) -> dict[bytes, Stadiums]:
@@ -47,7 +49,7 @@ class Walls:
         place = origin.tobytes()
         if place not in self._seen_from:
             cut = cut_where_near(origin, self.starts, self.ends, self.keep_m)
-            self._seen_from[place] = Stadiums(origin, *cut)
+            self._seen_from[place] = Stadiums(origin, *cut, away=self.away)
         return self._seen_from[place]
 
     def eased(self, origin: Floats, least_m: Floats) -> "Walls":
@@ -55,7 +57,7 @@ class Walls:
         off = nearest_on_segments(origin, self.starts, self.ends) - origin
         # With as much margin: some edges of one hull are nearer than that, and the next edge just not.
         near = np.hypot(off[:, 0], off[:, 1]) < 2.0 * self.keep_m - least_m
-        return Walls(self.starts, self.ends, np.where(near, np.minimum(self.keep_m, least_m), self.keep_m))
+        return replace(self, keep_m=np.where(near, np.minimum(self.keep_m, least_m), self.keep_m))
 
     @staticmethod
     def joined(*parts: "Walls") -> "Walls":
@@ -64,6 +66,7 @@ class Walls:
             np.concatenate([part.starts for part in parts]),
             np.concatenate([part.ends for part in parts]),
             np.concatenate([part.keep_m for part in parts]),
+            max(part.away for part in parts),
         )
 
 
@@ -72,14 +75,15 @@ def scan_walls(view: View, mission: Mission, *, leave_out: Flags | None = None) 
 
     If a direction is left out, the gaps on both sides of it are as its other neighbours say.
     """
-    return _walls(sure(view, mission, leave_out=leave_out), mission.obstacle_keep_m, leave_out)
+    return _walls(sure(view, mission, leave_out=leave_out), mission, mission.obstacle_keep_m, leave_out)
 
 
 def short_step_walls(view: View, mission: Mission) -> Walls:
     """The same for a step of at most `short_step_m` where nothing but the strand moves (rule 5)."""
     keep_m = mission.obstacle_keep_m
     hit, hidden = sure(view, mission, bodies_only=True), sure(view, mission)
-    return Walls.joined(_walls(hit, keep_m), _walls(hidden, keep_m - SHORT_STEP_EASE * mission.mu0_m))
+    eased_m = keep_m - SHORT_STEP_EASE * mission.mu0_m
+    return Walls.joined(_walls(hit, mission, keep_m), _walls(hidden, mission, eased_m))
 
 
 def short_step_m(mission: Mission) -> float:
@@ -87,7 +91,7 @@ def short_step_m(mission: Mission) -> float:
     return SHORT_STEP_SHARE * mission.range_m_max
 
 
-def _walls(seen: Sure, keep_m: float, leave_out: Flags | None = None) -> Walls:
+def _walls(seen: Sure, mission: Mission, keep_m: float, leave_out: Flags | None = None) -> Walls:
     is_known = np.isfinite(seen.ranges_m)
     # The side at the end of a gap: from its arc to the next one's.
     sided = is_known & of_next(is_known) & (seen.ranges_m != of_next(seen.ranges_m))
@@ -95,7 +99,7 @@ def _walls(seen: Sure, keep_m: float, leave_out: Flags | None = None) -> Walls:
         sided &= ~of_next(leave_out)
     starts = np.concatenate([seen.starts[is_known], seen.ends[sided]])
     ends = np.concatenate([seen.ends[is_known], of_next(seen.starts)[sided]])
-    return Walls(starts, ends, np.full(len(starts), keep_m))
+    return Walls(starts, ends, np.full(len(starts), keep_m), math.sin(mission.drive_off_rad))
 
 
 def ground_walls(corners: Floats, keep_m: float) -> Walls:

@@ -11,7 +11,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from protocol.arrays import Floats, distances_to_segments, nearest_on_segments
-from protocol.sweep import TOUCHING_M, cut_where_near, distance_m, free_way_m, travel_m
+from protocol.sweep import TOUCHING_M, Stadiums, cut_where_near, distance_m, free_way_m, travel_m
 
 HORIZON_M = 20.0  # nothing here is further apart
 ROUNDING_M = 1e-12  # of sums of metres
@@ -111,6 +111,19 @@ def test_a_segment_that_is_too_near_forbids_only_motion_towards_it(motion: Motio
     towards = float(nearest[0] @ motion.heading)
     assume(abs(towards) > 2.0 * TOUCHING_M)
     assert (motion.free_m() == 0.0) == (towards > 0.0)
+
+
+@given(motions_beside(st.floats(-0.04, -1e-6)), st.floats(0.001, 0.1))
+def test_where_drives_err_it_forbids_all_motion_that_may_lead_towards_it(
+    motion: Motion, error_rad: float
+) -> None:
+    nearest = (nearest_on_segments(motion.origin, motion.starts, motion.ends) - motion.origin)[0]
+    off_m = math.hypot(*nearest)
+    assume(off_m > 0.001)
+    leads_off_rad = math.asin(max(-1.0, min(1.0, -float(nearest @ motion.heading) / off_m)))
+    assume(abs(leads_off_rad - error_rad) > 1e-5)
+    wall = Stadiums(motion.origin, motion.starts, motion.ends, motion.keep_m, away=math.sin(error_rad))
+    assert (wall.travel_m(motion.heading[None, :])[0] == 0.0) == (leads_off_rad < error_rad)
 
 
 @pytest.mark.parametrize("off_m", [0.0, 5e-17, -5e-17, 1e-10, -1e-10, 1e-9, -1e-9])
