@@ -120,7 +120,7 @@ class Stadiums:
             starts: one end of each segment (n, 2) [m].
             ends: the other end (n, 2) [m].
             keep_m: distance to keep from each segment (n,) [m].
-            away: sine of the angle by which a motion has to lead away from a segment that is nearer than that.
+            away: sine of the angle by which a motion has to lead away from one that is nearer than that.
         """
         to_nearest = nearest_on_segments(origin, starts, ends) - origin
         off_m = np.hypot(to_nearest[:, 0], to_nearest[:, 1])
