@@ -112,7 +112,9 @@ def _step(step: int, t_s: float) -> Iterator[Said]:
     """All robots drive one metre on."""
     starts = {robot: 4 - rank + step - 1 for rank, robot in enumerate(ORDER)}
     yield t_s, "world", _scan(1, _at(starts[1]))
-    yield t_s, "r1", replace(planned(step), epoch=EPOCH, target=_at(starts[1] + 1), reach_m=starts[1] + 1.0)
+    target, reach_m = _at(starts[1] + 1), starts[1] + 1.0
+    plan = replace(planned(step), epoch=EPOCH, target=target, reach_m=reach_m, promised_clearance_m=0.0)
+    yield t_s, "r1", plan
     for robot in ORDER[:-1]:
         yield t_s, robot_name(robot), AuthorityGranted(to=robot + 1, epoch=EPOCH, authority_m=starts[robot])
     for robot, start in starts.items():

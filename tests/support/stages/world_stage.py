@@ -29,8 +29,9 @@ def life_of(robot: int) -> int:
 
 
 def planned(target: Point, *, step: int = 1, epoch: int = EPOCH, reach_m: float = 0.0) -> StepPlanned:
-    """A switching step planned by a leader; only its target matters."""
-    return replace(one_planned(step), epoch=epoch, length_m=0.0, target=target, reach_m=reach_m)
+    """A switching step planned by a leader, which promises no contact; only its target matters."""
+    plan = replace(one_planned(step), epoch=epoch, length_m=0.0, target=target, reach_m=reach_m)
+    return replace(plan, promised_clearance_m=0.0)
 
 
 def formed(
