@@ -4,7 +4,7 @@ Rule 1: simulated time advances only by ticks. Wall-clock time is an argument an
         processes: which are missing, which have died, and how long the last messages may take.
 Rule 2: `running` ends on the first of these, and is followed by `over`, `closing`, and the judgement:
         - every living robot has arrived;
-        - of the living some have arrived, the rest is stranded for `STRANDED_S`, or again, and nothing moved;
+        - of the living some have arrived, the rest is stranded for a while, or again, and nothing can move;
         - the leader has lost its route, or a loss has not healed within `HEAL_S_MAX`;
         - the time limit; all robots, or the router, stay away; a request to end.
 Rule 3: without a router no robot can be heard, and no robot is declared dead for that silence.
@@ -61,6 +61,7 @@ from world.scenario.scenario import Scenario
 LAST_WORDS_WALL_S = 2.0
 HEAL_S_MAX = 60.0
 STRANDED_S = 10.0  # by then a leader that has arrived has let those in that ask: they do so every second
+MOVED_ON_S = 30.0  # the same where obstacles move: by then a leader gives its route up, too
 SEEN_LIVE = {"S1", "S2"}  # recorded at the moment of the violation
 ROUTER_PATIENCE_WALL_S = 10.0
 ROBOTS_PATIENCE_WALL_S = 10.0  # a cut between world and robots looks like the death of all robots
@@ -86,11 +87,9 @@ class World:
         self._time_s_max = scenario.time.time_s_max
         self.ending: Ending | None = None
         self.over_s = 0.0
-        """Simulated time at the end of `running`."""
         self.survivors: frozenset[int] = frozenset()
-        """The robots alive at that time."""
-        self.judgement: Judgement | None = None
-        """The judgement; None until the run is done."""
+        """Simulated time at the end of `running`, and the robots alive then."""
+        self.judgement: Judgement | None = None  # until the run is done
         self._judge = Judge(scenario)
         self._unlawful: list[PromiseBroken] = []
         """Violations that the judge has found and that are not recorded yet."""
@@ -346,8 +345,9 @@ class World:
         if living and tally.arrived >= living:
             return Ending.ARRIVED
         if tally.arrived & living and tally.arrived | tally.stranded.keys() >= living:
-            is_final = tally.stranded_again and self.arena.moved_s <= tally.stranded_s
-            if is_final or self.now_s - tally.changed_s >= STRANDED_S:
+            again = tally.stranded_again and self.arena.moved_s <= tally.stranded_s
+            wait_s = MOVED_ON_S if self.scenario.obstacles_move else 0.0 if again else STRANDED_S
+            if self.now_s - tally.changed_s >= wait_s:
                 return Ending.STRANDED
         if tally.route_lost is not None:
             return Ending.ROUTE_LOST

@@ -187,6 +187,11 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
             obstacle_speed_mps_max=top_speed_mps(self.moving, self.obstacle_speed_mps_max),
         )
 
+    @cached_property
+    def obstacles_move(self) -> bool:
+        """Whether robots take scans while they drive, and may find a way that they have not found before."""
+        return self.mission().obstacles_move
+
     def fingerprint(self) -> str:
         """A hash of the content: equal scenarios have equal hashes."""
         return blake2b(msgspec.json.encode(self, order="deterministic"), digest_size=16).hexdigest()

@@ -20,6 +20,7 @@ from world.bodies.arena import TICK_S
 from world.core import (
     HEAL_S_MAX,
     LAST_WORDS_WALL_S,
+    MOVED_ON_S,
     ROBOTS_PATIENCE_WALL_S,
     ROUTER_PATIENCE_WALL_S,
     STRANDED_S,
@@ -243,6 +244,21 @@ def test_robots_that_are_stranded_again_after_an_arrival_are_waited_for_only_if_
         ending = ends_within(stage, 1.0)
         assert ending is (Ending.STRANDED if again and not drives_on else None)
     assert ends_within(stage, STRANDED_S) is Ending.STRANDED
+
+
+def test_where_obstacles_move_robots_that_are_stranded_again_are_waited_for_since_a_way_may_open() -> None:
+    track = [[0.0, -3.0, 2.0], [1.0, -3.0, 2.1]]
+    door = {"id": "door", "shape": "circle", "radius_m": 0.3, "track": track}
+    stage = Stage(scenario(door, time={"time_s_max": 500.0}))
+    stage.begin()
+    stage.tick(SECOND)
+    for _ in range(2):
+        epoch = stage.fence.epoch.next(1, life_of(1)).number
+        stage.write(1, RobotStranded(epoch=epoch, robot=2, reason="a door is closed"))
+        stage.form()
+        stage.write(1, RobotArrived(progress_m=1.0))
+        assert ends_within(stage, MOVED_ON_S - 1.0) is None
+    assert ends_within(stage, 2.0) is Ending.STRANDED
 
 
 def test_robots_that_join_another_view_have_not_arrived() -> None:
