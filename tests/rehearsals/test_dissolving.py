@@ -105,7 +105,9 @@ def test_loss_and_delay_only_cost_time() -> None:
 
 
 def test_without_another_way_the_one_in_front_arrives_and_the_others_are_stranded() -> None:
-    changes = [*queue(3, 0.7), closing(3.07), (OTHER_OPENING, WALLED_UP)]
+    """They try until the door has stayed shut for long between two views."""
+    in_time = ("time_s_max = 120.0", "time_s_max = 400.0")
+    changes = [*queue(3, 0.7), closing(3.07), (OTHER_OPENING, WALLED_UP), in_time]
     rehearsal = rehearsed(*changes)
     world = rehearsal.world
     assert len(dissolutions(rehearsal)) == 1
