@@ -26,10 +26,8 @@ def scan_bearings_rad(directions: int) -> Floats:
 
 @lru_cache(maxsize=8)  # the sizes of scans in a run: a revolution, and closer looks
 def scan_rays(directions: int) -> Floats:
-    """The same as unit vectors (directions, 2), which cannot be changed."""
-    rays = unit_vectors(scan_bearings_rad(directions))
-    rays.setflags(write=False)
-    return rays
+    """The same as unit vectors (directions, 2), which nobody can make writable."""
+    return np.frombuffer(unit_vectors(scan_bearings_rad(directions)).tobytes()).reshape(-1, 2)
 
 
 def of_next(values: Values) -> Values:

@@ -3,7 +3,7 @@
 Rule 1: a law is a pure function of `Seen`: the same sight, the same answer, in a run and in its replay.
         Chance comes from `Seen.seed`.
 Rule 2: a law only proposes. The step is shortened to what is certified, or refused (`asked`), and the
-        certificate is of the scan itself: what a law is given cannot be changed.
+        certificate is of the scan itself: a law is given copies, whatever it does to them.
 Rule 3: a law that fails, or proposes no straight step, is refused like one that proposes nothing.
 """
 
@@ -87,6 +87,11 @@ class Seen:
         """The openings between neighbouring obstacles; `gap.middle`, `gap.width_m`."""
         return self.sight.gaps
 
+    def copied(self) -> "Seen":
+        """The same with copies of the scan and the walls, which decide what is certified (rule 2)."""
+        sight = replace(self.sight, view=self.sight.view.copied())
+        return replace(self, sight=sight, walls=Walls.joined(self.walls))
+
     @property
     def seed(self) -> int:
         """For random draws: a number that every scan and every step changes."""
@@ -149,7 +154,7 @@ def asked(law: Law, seen: Seen) -> Step | Refused:
     """What a law proposes, as far as it may be driven (rules 2 and 3)."""
     name = seen.mission.law
     try:
-        said = law(seen)
+        said = law(seen.copied())
         step = said if said is None or isinstance(said, str) else _whole(said, gaps=len(seen.gaps))
     except (Exception, SystemExit) as error:  # rule 3: the law is the user's
         return Refused(Why.FAILED, recordable(f"the law {name} failed: {sentence_of(error)}"))

@@ -55,6 +55,17 @@ class View:
         """Distance to the nearest hit, or None."""
         return float(self.ranges_m[self.hits].min()) if self.hits.any() else None
 
+    def copied(self) -> "View":
+        """The same in arrays of its own, without earlier scans."""
+        return replace(
+            self,
+            position=self.position.copy(),
+            bearings_rad=self.bearings_rad.copy(),
+            ranges_m=self.ranges_m.copy(),
+            hits=self.hits.copy(),
+            earlier=(),
+        )
+
     def without(self, seen: Flags) -> "View":
         """The same scan with the hits of these directions removed."""
         return replace(self, hits=self.hits & ~seen)

@@ -11,6 +11,7 @@ from agents.navigation.law import Law, Seen
 from agents.navigation.step import NoStep, Step
 from agents.strand.leader import Leader, Wait
 from protocol import laws
+from protocol.arrays import scan_rays
 from protocol.frames import Point
 from protocol.timeline import StepPlanned
 from tests.support.stages.one_step import ORIGIN, Driven, alone, plan, step_through, under, wall
@@ -60,6 +61,51 @@ def test_a_number_of_a_law_is_checked_as_it_is_driven(use: Callable[[Law], None]
     refused = step_through([wall((-1.0, -1.0), (-1.0, 1.0))], MISSION)
     assert isinstance(refused, NoStep)
     assert "got 0.0 rad and -5.0 m" in refused.reason
+
+
+def frees_walls(seen: Seen) -> None:
+    seen.walls.keep_m.setflags(write=True)
+    seen.walls.keep_m[:] = 0.0
+
+
+def forgets_walls(seen: Seen) -> None:
+    for each in vars(seen.walls.seen_from(seen.position)).values():
+        each[:] = 0.0
+
+
+def stands_elsewhere(seen: Seen) -> None:
+    seen.position.setflags(write=True)
+    seen.position[0] -= 0.5
+
+
+def wants_less(seen: Seen) -> None:
+    object.__setattr__(seen.walls, "keep_m", 0.0 * seen.walls.keep_m)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [frees_walls, forgets_walls, stands_elsewhere, wants_less],
+    ids=lambda each: each.__name__,
+)
+def test_what_a_law_does_to_what_it_is_given_certifies_nothing(
+    use: Callable[[Law], None], change: Callable[[Seen], None]
+) -> None:
+    """Some drove 0.07 m into the wall."""
+
+    def law(seen: Seen) -> Step:
+        change(seen)
+        return Step(0.0, 0.95)
+
+    use(law)
+    driven = step_through(AHEAD, MISSION)
+    assert isinstance(driven, Driven)
+    assert driven.clearance_m >= MISSION.epsilon_m - 1e-9
+    assert driven.planned.promised_clearance_m == pytest.approx(driven.clearance_m, abs=0.03)
+
+
+def test_nor_can_it_turn_the_rays_which_all_scans_share() -> None:
+    with pytest.raises(ValueError, match="cannot set WRITEABLE"):
+        scan_rays(360).setflags(write=True)
 
 
 def test_a_step_of_which_nothing_is_certified_is_refused(use: Callable[[Law], None]) -> None:
