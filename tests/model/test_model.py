@@ -1,5 +1,6 @@
 """The short form of the model: clean with all rules, broken without each."""
 
+from collections.abc import Iterable
 from typing import get_args, get_type_hints
 
 import pytest
@@ -16,11 +17,25 @@ from tests.model.values import Epoch, Fence, May
 CLEAN_ANYHOW = {entry.bounds for entry in SHORT}
 PAIRS = [entry for entry in BROKEN if len(entry.rules) > 1]
 
+# The dearest searches, a second and more each; of each family of rules, and of each setting, others are left.
+DEAR_CLEAN = {"the world restarts", "a stop around a lease", "three robots, a restart"}
+DEAR_WITHOUT = {Rule.PLACE_OF_THIS_EPOCH, Rule.SCAN_OF_THIS_TURN, Rule.NEW_LIFE_STANDS, Rule.NEXT_TURN_ONLY}
+DEAR_WITHOUT |= {Rule.LIFE_IN_TURN, Rule.ALL_IS_LAST}
+CLEAN = [entry for entry in SHORT if entry.name not in DEAR_CLEAN]
+CLEAN_TOO = [entry for entry in SHORT if entry.name in DEAR_CLEAN]
+WITHOUT = [entry for entry in BROKEN if not entry.rules & DEAR_WITHOUT]
+WITHOUT_TOO = [entry for entry in BROKEN if entry.rules & DEAR_WITHOUT]
+
 
 def name_of(entry: Clean | Without) -> str:
     if isinstance(entry, Clean):
         return entry.name
     return "+".join(sorted(rule.name for rule in entry.rules))
+
+
+def dear(entries: Iterable[Clean | Without]) -> list[object]:
+    """For `launch/test.sh --long` only. (`long` takes a tuple for several arguments.)"""
+    return [pytest.param(entry, marks=pytest.mark.long) for entry in entries]
 
 
 def differences(bounds: Bounds) -> str:
@@ -30,13 +45,13 @@ def differences(bounds: Bounds) -> str:
     )
 
 
-@pytest.mark.parametrize("entry", SHORT, ids=name_of)
+@pytest.mark.parametrize("entry", [*CLEAN, *dear(CLEAN_TOO)], ids=name_of)
 def test_all_rules_together_are_clean_and_the_search_closes(entry: Clean) -> None:
     found = search(Setting(DESIGN, entry.bounds))
     assert (found.broken, found.ended, found.states) == (None, Ended.CLOSED, entry.states)
 
 
-@pytest.mark.parametrize("entry", BROKEN, ids=name_of)
+@pytest.mark.parametrize("entry", [*WITHOUT, *dear(WITHOUT_TOO)], ids=name_of)
 def test_without_its_rules_a_property_breaks(entry: Without) -> None:
     found = search(Setting(DESIGN - entry.rules, entry.bounds, {entry.broken}))
     assert (found.broken, found.depth, len(found.trace)) == (entry.broken, entry.depth, entry.depth)

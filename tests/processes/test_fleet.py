@@ -133,6 +133,7 @@ def test_grove_is_crossed_with_the_promised_clearance(fleet: Fleet) -> None:
     assert verdict["clearance_m_min"] >= verdict["clearance_m_required"] > 0.0
 
 
+@pytest.mark.long  # in the short form, too, most fleets run at once: those of other tests
 def test_two_fleets_at_once_do_not_disturb_each_other(fleet: Fleet, tmp_path: Path) -> None:
     (tmp_path / "other").mkdir()
     other = Fleet(tmp_path / "other")

@@ -22,7 +22,10 @@ from world.scenario.scenario import load
 ROOMY = ROOT / "docs" / "examples" / "roomy"
 
 
-@pytest.mark.parametrize("lacks", [2, 1], ids=["a follower", "the first to lead"])
+@pytest.mark.parametrize(
+    "lacks",
+    [pytest.param(2, id="a follower"), pytest.param(1, id="the first to lead", marks=pytest.mark.long)],
+)
 def test_a_robot_without_the_law_refuses_in_one_line_and_the_others_go_on_without_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lacks: int
 ) -> None:

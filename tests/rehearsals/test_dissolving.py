@@ -97,6 +97,7 @@ def test_a_strand_that_a_door_cuts_in_two_lines_up_again_and_takes_the_other_ope
     assert rehearsal.world.ending is Ending.ARRIVED
 
 
+@pytest.mark.long
 def test_loss_and_delay_only_cost_time() -> None:
     rehearsal = rehearsed(*queue(3, 0.8), closing(4.0), seed=4, plan=LOSSY)
     assert injected(rehearsal)["drop"] > 100
@@ -158,8 +159,9 @@ def test_orders_after_a_dissolution_without_its_fence_break_f1() -> None:
     assert "F1" in broken
 
 
-def test_the_orders_of_one_epoch_end_before_those_of_the_next_begin() -> None:
-    rehearsal = rehearsed(*queue(3, 0.8), closing(4.0), seed=4, plan=LOSSY)
+@pytest.mark.parametrize(("seed", "plan"), [(1, PERFECT), *long([(4, LOSSY)])])
+def test_the_orders_of_one_epoch_end_before_those_of_the_next_begin(seed: int, plan: Plan) -> None:
+    rehearsal = rehearsed(*queue(3, 0.8), closing(4.0), seed=seed, plan=plan)
     orders = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, OrderAccepted)]
     drives = [(order.epoch, order.turn) for order in orders if order.target is not None]
     assert drives == sorted(drives)

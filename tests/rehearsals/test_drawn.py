@@ -26,28 +26,28 @@ Healing = tuple[str, int, float, tuple[int, ...]]
 """Name, seed, from when on there is no fault any more, and who cannot be in the strand then."""
 
 HEALS: list[Healing] = [
-    # The leader comes back in front of the robot that took its place, and has to lead again.
-    ("leader-frozen-in-a-corridor", 5342, 9.783, ()),
-    # The others come out of a dead end; the robot must not be called in before they are out.
-    ("robot-before-a-pocket", 6006, 16.367, ()),
-    # A robot that was cut off while a link was silent must not be shunned for that.
-    ("two-cut-off-by-turns", 2544, 20.072, ()),
     # A robot that misses six of seven messages must not keep the others waiting.
     ("a-leader-nearly-deaf", 2394, 9.177, (1,)),
-    # The robot that never answers keeps the others waiting, not the one that has the turn.
-    ("one-that-never-answers", 2892, 17.196, (1,)),
-    # A robot that comes back in front, round a corner, finds no way to the tail; the others can reach it.
-    ("in-front-and-round-a-corner", 12858, 10.509, ()),
     # Dead robots do not come back, so it is useless to wait for them when no robot finds a place.
     ("waited-for-the-dead", 14064, 18.564, ()),
-    # A robot that found no way to a place must ask again when the others have driven on.
-    ("left-behind-when-the-others-drive-on", 991, 12.479, ()),
     # The last robot at the goal stands between the one ahead and a body: there is room before it only.
     ("between-a-body-and-the-robot-ahead", 260331, 16.686, ()),
     # The leader is started again between the formation and its ALL, and is lost by that, not by silence.
     ("started-again-before-its-all", 321421, 7.079, ()),
 ]
 HEALS_TOO: list[Healing] = [
+    # The leader comes back in front of the robot that took its place, and has to lead again.
+    ("leader-frozen-in-a-corridor", 5342, 9.783, ()),
+    # The others come out of a dead end; the robot must not be called in before they are out.
+    ("robot-before-a-pocket", 6006, 16.367, ()),
+    # A robot that was cut off while a link was silent must not be shunned for that.
+    ("two-cut-off-by-turns", 2544, 20.072, ()),
+    # The robot that never answers keeps the others waiting, not the one that has the turn.
+    ("one-that-never-answers", 2892, 17.196, (1,)),
+    # A robot that comes back in front, round a corner, finds no way to the tail; the others can reach it.
+    ("in-front-and-round-a-corner", 12858, 10.509, ()),
+    # A robot that found no way to a place must ask again when the others have driven on.
+    ("left-behind-when-the-others-drive-on", 991, 12.479, ()),
     # Three are locked in a pocket by a dead body; the one outside has to go on without them.
     ("outside-of-a-closed-pocket", 111623, 18.384, ()),
     # The leader stands between a wall and the next robot and knows no way on; the next robot does.

@@ -305,7 +305,13 @@ radius_m = {HIDDEN_RADIUS_M}
 """
 
 
-@pytest.mark.parametrize("obstacle_speed_mps", [0.0, 0.01], ids=["nothing moves", "obstacles may move"])
+@pytest.mark.parametrize(
+    "obstacle_speed_mps",
+    [
+        pytest.param(0.0, id="nothing moves", marks=pytest.mark.long),
+        pytest.param(0.01, id="obstacles may move"),
+    ],
+)
 def test_nor_where_each_leader_is_lost_and_the_robot_behind_it_stands_where_it_began(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, obstacle_speed_mps: float
 ) -> None:

@@ -77,7 +77,7 @@ def range_ahead_m(stage: Stage) -> float:
     return float(ranges_m[len(ranges_m) // 2])
 
 
-@pytest.mark.parametrize("name", ["pedestrian", "follower", *long(["door"])])
+@pytest.mark.parametrize("name", ["pedestrian", *long(["follower", "door"])])
 def test_log_check_agrees_with_the_verdict(runs: Runs, name: str) -> None:
     run = runs.of(name)
     verdict, finding = read_verdict(run), check(timeline.read(run))
@@ -127,6 +127,7 @@ def test_the_other_opening_stays_open() -> None:
     assert touched(judged(stage)) == []
 
 
+@pytest.mark.long  # in the short form a door that cuts a strand in two shows it: `test_dissolving.py`
 def test_a_strand_at_the_closed_door_turns_round_once_and_takes_the_other_opening() -> None:
     slow = uniform(delay_s_max=0.1)  # as in a live run at speed 5, where the leader stops further in
     rehearsal = Rehearsal(load("door"), 1, slow).run()

@@ -9,12 +9,11 @@ from clew.campaign.mutants import run_mutant
 from clew.campaign.mutants_list import MUTANTS
 from tests.support.campaigns import clew
 from tests.support.judges import differences
+from tests.support.long import long
 from tests.support.runs import Runs
 
-LENIENT = ("lenient-monitor", "neighbours-uncompared")
 
-
-@pytest.mark.parametrize("name", LENIENT)
+@pytest.mark.parametrize("name", ["neighbours-uncompared", *long(["lenient-monitor"])])
 def test_a_campaign_catches_a_monitor_that_is_lenient_by_the_second_judge(name: str) -> None:
     [mutant] = [each for each in MUTANTS if each.name == name]
     caught = run_mutant(mutant)

@@ -37,8 +37,11 @@ def stranded(rehearsal: Rehearsal) -> list[RobotStranded]:
 
 @pytest.mark.parametrize(
     ("robots", "dies", "lossy"),
-    [(5, 2, False), (6, 4, False), (6, 4, True)],
-    ids=["one in front", "three", "three, 30 % lost"],
+    [
+        pytest.param(5, 2, False, id="one in front"),
+        pytest.param(6, 4, False, id="three", marks=pytest.mark.long),
+        pytest.param(6, 4, True, id="three, 30 % lost", marks=pytest.mark.long),
+    ],
 )
 def test_robots_in_front_of_the_body_arrive_and_the_run_ends_soon(
     robots: int, dies: int, *, lossy: bool

@@ -12,6 +12,7 @@ import pytest
 from clew.rehearsal.logbook import NTP64_PER_S
 from protocol.root import ROOT
 from tests.support.deadline import DEADLINE_S
+from tests.support.long import long
 from tests.support.processes.fleets import Fleet, clew
 
 
@@ -180,7 +181,7 @@ def test_an_invalid_plan_is_refused_in_one_line_that_names_the_field(fleet: Flee
     ("name", "rule", "injections"),
     [
         ("world", 'fault = "restart"\nafter_s = 3.0', ["kill", "start"]),
-        ("router", 'fault = "freeze"\nfor_s = 3.0', ["freeze", "thaw"]),
+        *long([("router", 'fault = "freeze"\nfor_s = 3.0', ["freeze", "thaw"])]),
     ],
 )
 def test_world_and_router_return_after_the_outage_that_a_plan_asks_for(

@@ -15,6 +15,7 @@ from protocol.root import ROOT
 from tests.support.campaigns import clew as verb
 from tests.support.installed import install
 from tests.support.judges import differences, found_in
+from tests.support.long import long
 from world.scenario.reading import SCENARIOS
 from world.scenario.scenario import load
 
@@ -58,8 +59,12 @@ def at_random(seen: clew.Seen) -> clew.Step | None:
     ("law", "scenario", "seed", "reason", "steps"),
     [
         (at_the_nearest, "grove", 1, "no_route: the leader lost its route", 1),
-        (at_random, "grove", 3, "no_route: the leader lost its route", 8),
-        (at_random, "paper", 1, "every living robot has arrived", 10),  # without a goal: after so many steps
+        *long(
+            [
+                (at_random, "grove", 3, "no_route: the leader lost its route", 8),
+                (at_random, "paper", 1, "every living robot has arrived", 10),  # without a goal
+            ]
+        ),
     ],
 )
 def test_a_law_that_drives_at_obstacles_keeps_the_clearance(

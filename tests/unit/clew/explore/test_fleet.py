@@ -75,13 +75,17 @@ class StepByStep(Fleet):
         return self.follow(state)
 
 
-@pytest.mark.parametrize("forgets_from", [0, *long([fleet.FORGETS_FROM])])
+@pytest.mark.parametrize(
+    ("deliveries", "forgets_from"),
+    [(1, 0), *long([(SHORT.deliveries, 0), (SHORT.deliveries, fleet.FORGETS_FROM)])],
+)
 def test_an_exploration_that_hurries_and_forgets_covers_the_same_schedules(
-    forgets_from: int, monkeypatch: pytest.MonkeyPatch
+    deliveries: int, forgets_from: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    slow = Exploration(StepByStep(SHORT), 1).run(lambda: True)
+    setting = replace(SHORT, deliveries=deliveries)
+    slow = Exploration(StepByStep(setting), 1).run(lambda: True)
     monkeypatch.setattr(fleet, "FORGETS_FROM", forgets_from)
-    fast = Exploration(Fleet(SHORT), 1).run(lambda: True)
+    fast = Exploration(Fleet(setting), 1).run(lambda: True)
     assert (fast.ended, fast.schedules) == (slow.ended, slow.schedules)
     assert fast.states < slow.states / 5
 

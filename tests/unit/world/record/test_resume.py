@@ -32,6 +32,7 @@ from protocol.timeline import (
 )
 from protocol.wire.messages import Odometry, Phase
 from tests.support.logs.logs import AT_REST, HEADER, numbered, recorded
+from tests.support.long import long
 from tests.support.processes.fleets import Fleet, clew
 from tests.support.scenes.world_scenarios import scenario
 from tests.support.stages.world_stage import Stage, life_of
@@ -351,7 +352,7 @@ def test_an_invalid_timeline_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.processes
-@pytest.mark.parametrize("speed", ["2", "max"])
+@pytest.mark.parametrize("speed", ["max", *long(["2"])])
 def test_a_fleet_whose_world_is_killed_arrives_and_nothing_is_missing(fleet: Fleet, speed: str) -> None:
     fleet.start("grove", "-n", "3", "--speed", speed, "--json")
     fleet.wait_for("order.finished")
