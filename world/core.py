@@ -281,7 +281,7 @@ class World:
     def tick(self) -> list[Command]:
         """Advance by one tick."""
         notes, finished = self.arena.tick()
-        told = set(finished)
+        told = self.arena.take_scanned().union(finished)
         if self.arena.is_odometry_instant:
             told |= due(self.attendance.robots, self.arena.instant, in_all=self.robots_in_all)
         return [*notes, *self._tell(sorted(told))]

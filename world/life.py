@@ -109,12 +109,12 @@ class Life:
         self._faults, self._recorder, self._readback = faults, recorder, readback
         self._check_wall_s = 0.0
         """When the run's folder is checked next."""
-        self._mission = request.scenario.mission()
         self._started_wall_s = self._over_wall_s = now_s = time.monotonic()
-        self._past, self._started_at = past, started_at
+        self._past, self._started_at, self._mission = past, started_at, request.scenario.mission()
         self._world = World(
             request.scenario, seed=request.seed, wall_s=now_s, past=past, in_all=request.session.robots
         )
+        self._world.arena.follow_scans(request.speed is None and request.scenario.obstacles_move)
         self._pace = Pace(request.speed, self._is_held_up, 0.0 if request.held else math.inf)
 
     def begin(self) -> None:

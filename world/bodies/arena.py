@@ -81,6 +81,8 @@ class Arena:
         self.now_s = 0.0
         """Simulated time."""
         self._noted_s = 0.0
+        self._follows_scans = False
+        self._scanned: set[int] = set()
         self._sampled: Sequence[int] = ()
         """The bodies that were sampled at the end of the last tick."""
 
@@ -258,7 +260,18 @@ class Arena:
             hits=self._sensor.hits(scan),
             ranges_m=_told(scan),
         )
+        if self._follows_scans:
+            self._scanned.add(robot)
         return self.note(served), scan
+
+    def follow_scans(self, follows: bool) -> None:
+        """Say whether a robot is told odometry a tick after its scan: a short permission must not be over then."""
+        self._follows_scans = follows
+
+    def take_scanned(self) -> set[int]:
+        """Remove and return the robots to be told odometry after their scans."""
+        scanned, self._scanned = self._scanned, set()
+        return scanned
 
     def odometry(self, robot: int, phase: Phase, *, stood_s: float) -> Odometry:
         """The next odometry of a body for its robot."""

@@ -298,6 +298,21 @@ def test_an_answer_to_older_odometry_does_not_count_in_lock_step() -> None:
     assert stage.world.awaited == {2}
 
 
+@pytest.mark.parametrize("follows", [True, False])
+def test_where_scans_are_followed_a_robot_owes_an_answer_a_tick_after_its_scan(follows: bool) -> None:
+    """Lock-step makes the next ticks at once; a scan may permit a motion for two of them only."""
+    stage = running()
+    stage.world.arena.follow_scans(follows)
+    for robot in (1, 2):
+        stage.order(robot, None, number=0)
+    stage.handle(ScanAsked(2, 1))
+    stage.tick(awake=False)
+    assert stage.world.awaited == ({2} if follows else set())
+    stage.order(2, None, number=0, basis_s=0.02)
+    stage.tick(awake=False)
+    assert stage.world.awaited == set()
+
+
 def test_broken_promises_are_recorded_as_they_happen() -> None:
     stage = running()
     stage.lead(1, Point(x_m=1.5, y_m=0.0))
