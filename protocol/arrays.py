@@ -31,12 +31,12 @@ def scan_rays(directions: int) -> Floats:
 
 
 def of_next(values: Values) -> Values:
-    """For each direction of a scan what the next one has (n, ...); `np.roll` takes several times as long."""
+    """For each direction of a scan, or corner of a ring, what the next one has (n, ...); `np.roll` is slow."""
     return np.concatenate((values[1:], values[:1]))
 
 
 def of_previous(values: Values) -> Values:
-    """For each direction of a scan what the previous one has (n, ...)."""
+    """For each direction of a scan, or corner of a ring, what the previous one has (n, ...)."""
     return np.concatenate((values[-1:], values[:-1]))
 
 

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from protocol.arrays import Flags, Floats, Indices
+from protocol.arrays import Flags, Floats, Indices, of_next, of_previous
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
@@ -18,7 +18,7 @@ def _cross(a: Floats, b: Floats) -> Floats:
 def anticlockwise(ring: Floats) -> Floats:
     """The same ring in anti-clockwise order."""
     seen = ring - ring[0]  # products of coordinates far from the origin leave no digit of a small area
-    doubled_area = float(_cross(seen, np.roll(seen, -1, axis=0)).sum())
+    doubled_area = float(_cross(seen, of_next(seen)).sum())
     return ring if doubled_area > 0.0 else ring[::-1]
 
 
@@ -31,16 +31,17 @@ def _neighbours(count: int) -> Flags:
 
 def is_simple(ring: Floats) -> bool:
     """Whether no two edges meet, except neighbours at their common vertex."""
-    edges = np.roll(ring, -1, axis=0) - ring
-    following = np.roll(edges, -1, axis=0)
+    ends = of_next(ring)
+    edges = ends - ring
+    following = of_next(edges)
     folds_back = (_cross(edges, following) == 0.0) & ((edges * following).sum(axis=1) <= 0.0)
     if folds_back.any():  # also true for an edge without length
         return False
     # Signed sides of every vertex (column) seen from every edge (row).
     sides = _cross(edges[:, None], ring[None] - ring[:, None])
-    straddles = sides * np.roll(sides, -1, axis=1) <= 0.0
+    straddles = sides * of_next(sides.T).T <= 0.0
     # Collinear edges straddle each other's lines; they meet only if their extents overlap too.
-    low, high = np.minimum(ring, np.roll(ring, -1, axis=0)), np.maximum(ring, np.roll(ring, -1, axis=0))
+    low, high = np.minimum(ring, ends), np.maximum(ring, ends)
     overlap = ((low[:, None] <= high[None]) & (low[None] <= high[:, None])).all(axis=2)
     return not bool((straddles & straddles.T & overlap & ~_neighbours(len(ring))).any())
 
@@ -48,8 +49,8 @@ def is_simple(ring: Floats) -> bool:
 def corners_rad(ring: Floats) -> Floats:
     """The interior angle at each vertex of the ring in anti-clockwise order, in (0, 2 pi)."""
     ring = anticlockwise(ring)
-    edges = np.roll(ring, -1, axis=0) - ring
-    before = np.roll(edges, 1, axis=0)
+    edges = of_next(ring) - ring
+    before = of_previous(edges)
     interior: Floats = math.pi - np.arctan2(_cross(before, edges), (before * edges).sum(axis=1))
     return interior
 
@@ -62,7 +63,7 @@ def smallest_width_m(ring: Floats) -> float:
     """
     ring = anticlockwise(ring)
     count = len(ring)
-    edges = np.roll(ring, -1, axis=0) - ring
+    edges = of_next(ring) - ring
     lengths_m = np.hypot(edges[:, 0], edges[:, 1])
     along = edges / lengths_m[:, None]
     # Every vertex (column) in the frame of every edge (row): x along the edge, y inwards.
@@ -77,7 +78,7 @@ def smallest_width_m(ring: Floats) -> float:
 
 def _least_height_over(x: Floats, y: Floats, lengths_m: Floats) -> Floats:
     """For each edge (row), the least height of each other edge (column) in the strip above it, or inf."""
-    run, rise = np.roll(x, -1, axis=1) - x, np.roll(y, -1, axis=1) - y
+    run, rise = of_next(x.T).T - x, of_next(y.T).T - y
     with np.errstate(divide="ignore", invalid="ignore"):
         # A vertical edge enters at -inf and leaves at inf, or never. Exactly on the side of the strip it is
         # nan and does not count; its ends belong to other edges too.
