@@ -12,10 +12,11 @@ from clew.guided.search import Found, Limits, search
 from clew.swarm.futures import HORIZON_S, read_branches
 from tests.support.breaking import break_at_restarts
 from tests.support.deadline import DEADLINE_S
+from tests.support.long import long
 
 SEED = 19  # three robots; its own faults start nobody again
 RESTARTED = 16  # here they do
-LITTLE = Limits(instants_max=3, below_max=1)
+LITTLE, LEAST = Limits(instants_max=3, below_max=1), Limits(instants_max=1, below_max=0)
 
 pytestmark = pytest.mark.usefixtures("no_child_is_left")
 
@@ -42,8 +43,10 @@ def test_a_search_plays_futures_reaches_cells_and_is_the_same_every_time() -> No
     assert timeless(search(episode_of(SEED), Corpus(), LITTLE)) == timeless(found)
 
 
-def test_the_outcome_of_a_search_that_finds_nothing_is_that_of_the_seeds_own_faults() -> None:
-    own, found = play(episode_of(SEED)), searched().outcome
+@pytest.mark.parametrize("limits", [LEAST, *long([LITTLE])])
+def test_the_outcome_of_a_search_that_finds_nothing_is_that_of_the_seeds_own_faults(limits: Limits) -> None:
+    own, found = play(episode_of(SEED)), search(episode_of(SEED), Corpus(), limits).outcome
+    assert found.futures > 0
     assert (found.reason, found.sim_s, found.path_m) == (own.reason, own.sim_s, own.path_m)
 
 
