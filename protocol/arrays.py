@@ -31,7 +31,7 @@ def scan_rays(directions: int) -> Floats:
 
 
 def of_next(values: Values) -> Values:
-    """For each direction of a scan, or corner of a ring, what the next one has (n, ...); `np.roll` is slow."""
+    """For each direction of a scan, or corner of a ring, what the next has (n, ...); `np.roll` is slow."""
     return np.concatenate((values[1:], values[:1]))
 
 

@@ -86,39 +86,20 @@ def test_all_arrive(clew_rehearsal):
     assert "kill-2" in shrunk
 
 
-def test_a_run_that_broke_its_promises_says_so_first(tmp_path: Path) -> None:
-    test = """
+FAILING = """
+played = []
+
 @pytest.mark.clew(robots=2, faults=[clew.kill(1, from_s=2.0), clew.kill(2, from_s=2.0)])
 def test_survives(clew_rehearsal):
     assert clew_rehearsal.finish().ok
 
 def test_waits_in_vain(clew_rehearsal):
     clew_rehearsal.until("router.lost", timeout_s=0.5)
-"""
-    code, said = played(tmp_path, test)
-    assert code == 1, said
-    assert "what broke first: every robot has died" in said
-    assert re.search(r"router.lost did not come: 0\.\d simulated s have passed", said)
-    assert "faults: none were given" in said
-    assert "def until" not in said  # the line of the test is shown, and not ours
 
-
-def test_of_a_fault_that_was_refused_the_footer_says_nothing(tmp_path: Path) -> None:
-    test = """
 @pytest.mark.clew(robots=1)
 def test_refused(clew_rehearsal):
     clew_rehearsal.until("step.planned")
     clew_rehearsal.tail.kill(at="after_plan")
-"""
-    code, said = played(tmp_path, test)
-    assert code == 1, said
-    assert "windows and points are for plans" in said
-    assert "faults:" not in said
-
-
-def test_a_test_that_fails_only_once_keeps_its_whole_plan(tmp_path: Path) -> None:
-    test = """
-played = []
 
 @pytest.mark.clew(robots=1)
 def test_once(clew_rehearsal):
@@ -126,11 +107,47 @@ def test_once(clew_rehearsal):
     clew_rehearsal.finish()
     played.append(1)
     assert len(played) > 1
+
+def test_asks_in_vain(clew_rehearsal):
+    clew_rehearsal.link("r1", "r99").drop(0.3)
 """
-    code, said = played(tmp_path, test)
+
+
+@pytest.fixture(scope="module")
+def failures(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """What one session says of each of these tests."""
+    code, said = played(tmp_path_factory.mktemp("failing"), FAILING)
     assert code == 1, said
+    _, *parts = re.split(r"^_+ (test_\w+) _+$", said.partition("short test summary")[0], flags=re.MULTILINE)
+    return dict(zip(parts[::2], parts[1::2], strict=True))
+
+
+def test_a_run_that_broke_its_promises_says_so_first(failures: dict[str, str]) -> None:
+    assert "what broke first: every robot has died" in failures["test_survives"]
+    said = failures["test_waits_in_vain"]
+    assert re.search(r"router.lost did not come: 0\.\d simulated s have passed", said)
+    assert "faults: none were given" in said
+    assert "def until" not in said  # the line of the test is shown, and not ours
+
+
+def test_of_a_fault_that_was_refused_the_footer_says_nothing(failures: dict[str, str]) -> None:
+    said = failures["test_refused"]
+    assert "windows and points are for plans" in said
+    assert "faults:" not in said
+
+
+def test_a_test_that_fails_only_once_keeps_its_whole_plan(failures: dict[str, str]) -> None:
+    said = failures["test_once"]
     assert "does not fail in the same way when it is played again" in said
     assert 'fault = "slow"' in said
+
+
+def test_what_a_test_asks_for_in_vain_is_shown_at_its_own_line(failures: dict[str, str]) -> None:
+    said = failures["test_asks_in_vain"]
+    assert "test_mine.py:" in said
+    assert "must be a robot of the fleet, r1 to r5, got r99" in said
+    assert "def inject" not in said
+    assert "protocol/faults/fit.py" not in said
 
 
 def test_a_test_whose_fault_never_struck_fails_unless_it_says_that_this_may_be(tmp_path: Path) -> None:
@@ -184,19 +201,6 @@ def test_a_wrong_marker_fails_the_test_and_says_why(tmp_path: Path, wrong: dict[
     assert places == sorted(places), "each is that of its test"
     assert "Error: " not in said  # no traceback
     assert "pytest_plugin.py" not in said
-
-
-def test_what_a_test_asks_for_in_vain_is_shown_at_its_own_line(tmp_path: Path) -> None:
-    test = """
-def test_a(clew_rehearsal):
-    clew_rehearsal.link("r1", "r99").drop(0.3)
-"""
-    code, said = played(tmp_path, test)
-    assert code == 1, said
-    assert "test_mine.py:" in said
-    assert "must be a robot of the fleet, r1 to r5, got r99" in said
-    assert "def inject" not in said
-    assert "protocol/faults/fit.py" not in said
 
 
 def test_tests_without_a_fleet_load_nothing_of_ours(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from protocol.keys import robot_name
 from world.scenario.scenario import Scenario
 from world.scenario.scenario import load as load_scenario
 
-SEEDS = range(1, 41)
+SEEDS = range(1, 51)
 
 
 @pytest.fixture(scope="module")
