@@ -265,7 +265,7 @@ class Arena:
         return self.note(served), scan
 
     def follow_scans(self, follows: bool) -> None:
-        """Say whether robots are told odometry a tick after a scan: what it permits may be over soon after."""
+        """Say whether robots are told odometry a tick after a scan, which may permit no more than two."""
         self._follows_scans = follows
 
     def take_scanned(self) -> set[int]:
