@@ -9,8 +9,7 @@ Rule 3 (liveness): a motion towards something must be permitted for a while, so 
         to leave; or it must pass all that is seen, as it stands, with a moment to spare: it costs the time in
         which the robot stands between two moments. What was planned for `BRIEF_S` is seen some millimetres
         nearer on the way, so `MOVES_S` are enough.
-Rule 4: a driving robot asks for a scan at every odometry, but not twice within `SOON_S`, whether it follows,
-        leads or joins.
+Rule 4: a driving robot asks for a scan at every odometry, whether it follows, leads or joins.
 """
 
 import math
@@ -31,7 +30,6 @@ LONGEST_S = 4.0 * WATCH_S  # of a permission
 TIMES_S = LONGEST_S * np.arange(1, 129) / 128  # to a hundredth of a second
 APPROACH_S = WATCH_S / 2.0  # a motion towards something must be safe for so long
 LEAST_S = 0.04  # two of the world's ticks: order, and one to move in
-SOON_S = 0.03  # after a scan: in lock-step there is odometry a tick after it (`world.bodies.arena`)
 GIVE_UP_S = 2.0  # without permission: a pedestrian has passed by then
 STILL_S_MAX = 10.0  # a body with permission stands less, even with 30 % loss and 0.5 s delay of all messages
 
@@ -71,7 +69,7 @@ class Watch:
             good_s = good_for_s(seen, target, self._mission)
             driver.permit(taken_at_s + good_s)
             self._unsure_since_s = math.inf if good_s > 0.0 else min(self._unsure_since_s, now_s)
-        if driver.odometry.t_s < self._looked_at_s + SOON_S:
+        if driver.odometry.t_s <= self._looked_at_s:
             return []
         self._looked_at_s = driver.odometry.t_s
         return self._senses.look(now_s)

@@ -260,7 +260,7 @@ class Arena:
             hits=self._sensor.hits(scan),
             ranges_m=_told(scan),
         )
-        if self._follows_scans:
+        if self._follows_scans and self.is_odometry_instant:  # odometry after a scan brings the next scan
             self._scanned.add(robot)
         return self.note(served), scan
 

@@ -9,7 +9,6 @@ from msgspec.structs import replace
 from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.body.watch import APPROACH_S, LONGEST_S, STILL_S_MAX, Watch, good_for_s
-from agents.commands import Command
 from protocol.fence import Fence
 from protocol.frames import Point, Pose
 from protocol.mission import BRIEF_S, MOVES_S
@@ -35,28 +34,24 @@ class Body:
     def wait(self, for_s: float, *, speed_mps: float = 0.0) -> bool:
         """Let time pass; returns whether to give up the current step then."""
         for _ in range(round(for_s / TICK_S)):
+            self.now_s += TICK_S
             self.x_m += speed_mps * TICK_S
-            self.hear(TICK_S)
+            drive = self.driver.drive
+            finished = drive.number if drive.target is None else drive.number - 1
+            pose = Pose(x_m=self.x_m, y_m=0.0, heading_rad=0.0)
+            self._told += 1
+            told = Odometry(
+                n=self._told,
+                t_s=self.now_s,
+                pose=pose,
+                moving=False,
+                finished=finished,
+                fence=Fence(),
+                phase=Phase.RUNNING,
+            )
+            self.driver.hear(told)
+            self.watch.look(self.now_s)
         return self.gives_up()
-
-    def hear(self, after_s: float) -> list[Command]:
-        """There is odometry so much later; returns what is asked for."""
-        self.now_s += after_s
-        drive = self.driver.drive
-        finished = drive.number if drive.target is None else drive.number - 1
-        pose = Pose(x_m=self.x_m, y_m=0.0, heading_rad=0.0)
-        self._told += 1
-        told = Odometry(
-            n=self._told,
-            t_s=self.now_s,
-            pose=pose,
-            moving=False,
-            finished=finished,
-            fence=Fence(),
-            phase=Phase.RUNNING,
-        )
-        self.driver.hear(told)
-        return self.watch.look(self.now_s)
 
     def gives_up(self) -> bool:
         if gives_up := self.watch.gives_up(self.now_s):
@@ -65,12 +60,6 @@ class Body:
 
     def go(self) -> None:
         self.driver.to(AHEAD, reach_m=2.0)
-
-
-def test_a_driving_robot_asks_for_a_scan_at_each_odometry_but_not_a_tick_after_another() -> None:
-    body = Body()
-    body.go()
-    assert [len(body.hear(after_s)) for after_s in (0.1, 0.02, 0.08, 0.04)] == [1, 0, 1, 1]
 
 
 def test_a_step_is_given_up_when_the_body_has_not_moved_for_the_limit() -> None:
