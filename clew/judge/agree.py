@@ -31,8 +31,8 @@ def disagreements(finding: Finding, verdict: Verdict) -> Iterator[str]:
         yield from (f"ok, by true poses {each}" for each in finding.missed)
     if verdict["goal_reached"] and not finding.reached:
         yield "goal_reached, by true poses nobody ever was at the goal"
-    if verdict["robots_arrived"] > len(finding.chain):
-        yield f"robots_arrived is {verdict['robots_arrived']}, by true poses {len(finding.chain)}"
+    if verdict["robots_arrived"] > len(finding.in_place):
+        yield f"robots_arrived is {verdict['robots_arrived']}, by true poses {len(finding.in_place)}"
 
 
 def differences(near: list[Least], findings: Mapping[str, Finding], verdict: Verdict) -> Iterator[str]:

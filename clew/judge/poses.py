@@ -55,6 +55,8 @@ class Finding:
     """Where each body stands at the end."""
     chain: tuple[int, ...]
     """Who stands in place, from the goal on; without a goal, the longest chain."""
+    in_place: frozenset[int]
+    """Who stands in any such chain: the head of another one may have died, unnoticed until the end."""
     broken: tuple[str, ...]
     """Broken promises, each after its code and its name."""
     missed: tuple[str, ...]
@@ -95,6 +97,7 @@ def judge(truth: Truth) -> Finding:
         reached=any(goal.distance(_line(hull.track[:, 1:])) <= there_m for hull in hulls),
         places_m={robot: (place.x, place.y) for robot, place in places.items()},
         chain=chain,
+        in_place=frozenset().union(*chains) if truth.goal_m else frozenset(chain),
         broken=(
             *_is_broken(CLEARANCE, clearance, truth.clearance_m),
             *_is_broken(CLEARANCE, moving, 0.0),
