@@ -57,7 +57,7 @@ class Truth:
 
     robots: dict[int, Solid]
     unseen: tuple[int, ...]
-    """Robots of the fleet without any pose; a scene names no number of robots."""
+    """Robots of the fleet, as the header tells it, without any pose."""
     harmed: frozenset[int]
     """Robots that were killed or frozen, as a fault plan or the user asked."""
     obstacles: tuple[Solid, ...]
@@ -110,7 +110,8 @@ def read(lines: Iterable[bytes], scene: Mapping[str, Any] | None = None) -> Trut
             return truth
         given = _truth({**said, **scene}, said["law"]["law"], poses, struck)
         before, now = _asked(truth), _asked(given)
-        return replace(given, otherwise=tuple(name for name in now if now[name] != before[name]))
+        otherwise = tuple(name for name in now if now[name] != before[name])
+        return replace(given, unseen=truth.unseen, otherwise=otherwise)
     except (AttributeError, LookupError, TypeError, ValueError, shapely.errors.ShapelyError) as error:
         raise UnreadableError(f"run or scene cannot be read: {type(error).__name__}: {error}") from error
 
