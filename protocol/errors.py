@@ -24,6 +24,11 @@ class MessageRefusedError(ClewError):
     """A peer's message breaks the protocol: it is counted, logged with its sender, and dropped."""
 
 
+def no_run_in(run: Path) -> UsageError:
+    """The refusal of a run's folder that does not exist."""
+    return UsageError(f"no run in {run}: there is no such folder")
+
+
 def recordable(text: str) -> str:
     """The text as a timeline can hold it: not too long, and without halves of characters."""
     return text[:REASON_LENGTH_MAX].encode(errors="backslashreplace").decode()[:REASON_LENGTH_MAX]

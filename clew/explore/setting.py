@@ -7,6 +7,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from clew.explore.explorable import Fault
+from protocol.errors import UsageError
 from protocol.files.reading import understand
 from world.scenario.scenario import Scenario
 
@@ -94,7 +95,13 @@ class Setting(Struct, frozen=True, kw_only=True):
 def adjusted(
     setting: Setting, *, robots: int | None = None, deliveries: int | None = None, skips: int | None = None
 ) -> Setting:
-    """The setting with other bounds."""
+    """The setting with other bounds.
+
+    Raises:
+        UsageError: it has fewer robots.
+    """
+    if robots is not None and robots > len(setting.places):
+        raise UsageError(f"the setting {setting.name} has {len(setting.places)} robots, not {robots}")
     return replace(
         setting,
         places=setting.places[:robots],

@@ -19,7 +19,7 @@ from agents.process.journal import SUFFIX, Decision, Head, Input, Recording, dec
 from agents.robot import Robot
 from clew.log.log import fleets_in, has_several
 from clew.log.replay_missing import Missing, missing, told
-from protocol.errors import UsageError
+from protocol.errors import UsageError, no_run_in
 from protocol.faults.manual_faults import is_running
 from protocol.keys import robot_name
 from protocol.law_files import look_in
@@ -98,7 +98,7 @@ def replay(run: Path, robot: int | None = None) -> Replay:
 def nothing_to_replay(run: Path, robot: int | None) -> UsageError:
     """The refusal of a folder without inputs, of all robots or of one."""
     if not run.exists():
-        return UsageError(f"no run in {run}: there is no such folder")
+        return no_run_in(run)
     if fleets := fleets_in(run):
         return has_several(run, fleets)
     whose = "no inputs" if robot is None else f"no inputs of robot {robot}"

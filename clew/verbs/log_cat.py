@@ -13,6 +13,7 @@ import msgspec
 
 from clew.verbs.options import AS_JSON, COLOR, FINITE, ROBOT, RUN
 from clew.verbs.say import warn
+from protocol.errors import UsageError
 from protocol.plain import plain
 from protocol.timeline import Entry
 from protocol.timeline.sentences import sentence
@@ -90,7 +91,8 @@ def cat(
         for flaw in flaws:
             _warn(flaw)
         if not printer.has_said:
-            warn(_none_matches(run, chosen))
+            _refuse_unknown(run, chosen)
+            warn("no entry matches")
     except BrokenPipeError:
         # The reader has closed the pipe, as `head` does. Python would report it again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -116,14 +118,15 @@ class _Printer:
             self._lines.clear()
 
 
-def _none_matches(run: Path, choice: "Choice") -> str:
-    """Say that no entry matches, and which of the names that were asked for this run cannot have."""
+def _refuse_unknown(run: Path, choice: "Choice") -> None:
+    """Raise `UsageError` where no entry matches because this run cannot have one of the names asked for."""
     from clew.log.log import Log
     from clew.log.timeline import unknown_in
 
     log = Log(run)
     unknown = unknown_in(choice, log.header, log.lines)
-    return "no entry matches" + ("" if unknown is None else f"; {unknown}")
+    if unknown is not None:
+        raise UsageError(f"no entry matches; {unknown}")
 
 
 def _read(run: Path, say: Say) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta, Struct
 
-from protocol.errors import UsageError
+from protocol.errors import UsageError, no_run_in
 from protocol.faults.rules import Name, Rule, SomeSeconds
 from protocol.files.opening import read_bytes
 
@@ -92,7 +92,7 @@ def request_fault(run: Path, request: Request) -> str:
                 answer = msgspec.json.decode(file.readline(LINE_BYTES_MAX), type=Answer)
     except FileNotFoundError as error:
         if not run.exists():
-            raise UsageError(f"no run in {run}: there is no such folder") from error
+            raise no_run_in(run) from error
         raise UsageError(f"{run}: no run goes on there: it is over or still starting") from error
     except TimeoutError as error:
         raise UsageError(f"{run}: its world does not answer within {ANSWER_S_MAX:g} s") from error

@@ -13,6 +13,7 @@ from clew.explore.moments import Moment
 from clew.explore.search import Ended, Exploration, Explored, Strike, deepen, retell
 from clew.explore.setting import NEVER_TICKS, SETTINGS, Kind, adjusted
 from clew.explore.without import RULES
+from protocol.errors import UsageError
 from protocol.fence import May
 from tests.support.long import long
 
@@ -159,6 +160,8 @@ def test_a_setting_has_other_bounds_if_they_are_asked_for() -> None:
     two = adjusted(START, robots=2, deliveries=5, skips=3)
     assert (len(two.places), two.deliveries, two.skips) == (2, 5, 3)
     assert adjusted(START) == START
+    with pytest.raises(UsageError, match="the setting start has 3 robots, not 9"):
+        adjusted(START, robots=9)
 
 
 def test_time_that_is_up_is_said() -> None:

@@ -15,6 +15,7 @@ from click.testing import CliRunner, Result
 
 from clew.cli import main
 from clew.log.line import COLOURS, is_coloured
+from protocol.exit_codes import ExitCode
 from protocol.frames import Point
 from protocol.root import ROOT
 from protocol.timeline import FaultInjected, Record, RobotReleased, ScanServed, StepPlanned
@@ -154,10 +155,13 @@ def test_a_step_is_one_readable_line_and_complete_in_json(tmp_path: Path) -> Non
         (("--kind", "step.*"), "no entry matches"),
     ],
 )
-def test_a_choice_without_a_match_is_reported(run: Path, choice: tuple[str, ...], said: str) -> None:
+def test_a_choice_without_a_match_is_reported_and_refused_if_the_run_cannot_have_it(
+    run: Path, choice: tuple[str, ...], said: str
+) -> None:
     told = clew(run, *choice)
     assert told.stdout == ""
-    assert told.stderr.splitlines()[-1].startswith(said)
+    assert told.stderr.splitlines()[-1].removeprefix("Error: ").startswith(said)
+    assert told.exit_code == (ExitCode.USAGE if "; " in said else ExitCode.OK)
     assert ("there is no kind" in told.stderr) == ("there is no kind" in said)
 
 
