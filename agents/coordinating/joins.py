@@ -18,6 +18,7 @@ def join_for(draft: Draft, robot: int, reports: Mapping[int, Report], turn: int)
         turn=turn,
         strand=points(positions(places, strand)),
         waiting=points(positions(places, waiting)),
+        robots=tuple(sorted((*strand, *waiting))),
         line=points(line),
         last_leg=int((leg == leg[-1]).sum()) if len(leg) else 0,
     )

@@ -55,10 +55,10 @@ class InPlace:
 class Joining:
     """What a robot remembers from step to step while it joins, and from view to view."""
 
-    def __init__(self, mission: Mission, start: Floats, *, epoch: int = 0, robots: int = 0) -> None:
+    def __init__(self, mission: Mission, start: Floats, *, epoch: int = 0) -> None:
         self._mission = mission
         self._epoch = epoch
-        self._robots = robots
+        self._robots: tuple[int, ...] = ()
         self._map = Map(mission, start)
         self._hits = np.empty((0, 2))
         self._way_m = 0.0
@@ -66,8 +66,8 @@ class Joining:
         """How long the rest of this search may be (rule 5); None: it has not begun."""
         self._steps = 0
 
-    def begin(self, here: Floats, *, epoch: int, robots: int) -> None:
-        """Begin a turn, beside so many robots. Where nothing moves, only one that comes or goes is news."""
+    def begin(self, here: Floats, *, epoch: int, robots: tuple[int, ...]) -> None:
+        """Begin a turn, beside these robots. Where nothing moves, only one that comes or goes is news."""
         self._epoch, self._left_m = epoch, None
         self._map.reopen()
         if robots != self._robots or self._mission.obstacles_move:

@@ -119,6 +119,8 @@ class Join(Struct, frozen=True, kw_only=True):
     """Where those in place stand, leader first."""
     waiting: Annotated[tuple[Point, ...], Meta(max_length=ROBOTS_MAX)]
     """Where all others stand that have reported, this robot apart."""
+    robots: Robots
+    """Those in place and those others: where the set changes, maps may show bodies that were not reported."""
     line: Annotated[tuple[Point, ...], Meta(max_length=2 * ROBOTS_MAX)]
     """The way from the leader to the last in place."""
     last_leg: Count

@@ -235,11 +235,13 @@ def test_in_a_queue_nobody_moves_before_the_strand_has_formed_and_every_leg_is_l
 MISSION = under("certified", robots=3, robot_radius_m=0.1)
 
 
-def plan(shapes: list[Shape], stands: Stands) -> StepPlanned | InPlace | NoStep:
+def plan(
+    shapes: list[Shape], stands: Stands, search: Joining | None = None
+) -> StepPlanned | InPlace | NoStep:
     """What a robot plans, after closer looks if it wants them."""
     hulls: list[Shape] = [Circle(centre_m=(x, y), radius_m=0.1) for x, y in stands.all.tolist()]
     view = look_around([*shapes, *hulls], MISSION)
-    search = Joining(MISSION, view.position)
+    search = search or Joining(MISSION, view.position)
     while isinstance(planned := search.plan(view, stands), LookCloser):
         revolutions = closer(MISSION, len(view.ranges_m))
         assert revolutions is not None, "there is no closer look"
@@ -281,6 +283,20 @@ def test_shut_in_by_a_wall_it_has_no_step() -> None:
     assert isinstance(plan(ring, stand([(2.0, 0.0)], [])), NoStep)
 
 
+def test_a_body_that_has_reported_since_and_driven_on_is_in_no_map_though_another_robot_has_gone() -> None:
+    """So there are as many robots as before."""
+    ring: list[Shape] = [box(-0.6, 0.5, 1.2, 0.1), box(-0.6, -0.6, 1.2, 0.1)]
+    ring += [box(-0.6, -0.5, 0.1, 1.0), box(0.5, -0.5, 0.1, 0.2), box(0.5, 0.3, 0.1, 0.2)]
+    in_the_door = Circle(centre_m=(0.6, 0.0), radius_m=0.1)
+    stands, here, search = stand([(2.0, 0.0)], []), np.zeros(2), Joining(MISSION, np.zeros(2))
+    search.begin(here, epoch=1, robots=(1, 3))
+    assert isinstance(plan([*ring, in_the_door], stands, search), NoStep)
+    search.begin(here, epoch=2, robots=(1, 3))
+    assert isinstance(plan(ring, stands, search), NoStep)
+    search.begin(here, epoch=3, robots=(1, 2))
+    assert isinstance(plan(ring, stands, search), StepPlanned)
+
+
 def test_a_search_ends_that_creeps_though_its_way_stays_as_long_as_it_first_seemed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -291,7 +307,7 @@ def test_a_search_ends_that_creeps_though_its_way_stays_as_long_as_it_first_seem
     planned = [search.plan(view, stands) for _ in range(9)]
     assert isinstance(planned[0], StepPlanned)
     assert planned[-1] == NoStep("the way to a place is much longer than it seemed")
-    search.begin(view.position, epoch=1, robots=2)
+    search.begin(view.position, epoch=1, robots=(1, 2))
     assert isinstance(search.plan(view, stands), StepPlanned), "in another turn it searches anew"
 
 
@@ -320,7 +336,7 @@ def test_a_spot_that_the_closest_look_refuses_is_closed_until_the_turn_ends(
         for before in ways[:number]:
             assert np.hypot(*(way - before[len(before) // 2]).T).min() > MISSION.obstacle_keep_m / 4.0
     tried = len(ways)
-    search.begin(closest.position, epoch=1, robots=0)
+    search.begin(closest.position, epoch=1, robots=())
     assert isinstance(search.plan(closest, stands), NoStep)
     assert np.array_equal(ways[tried], ways[0]), "in another turn robots stand elsewhere"
 

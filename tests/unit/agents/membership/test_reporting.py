@@ -150,7 +150,7 @@ def test_a_robot_that_has_driven_by_its_own_steps_has_left_its_former_places() -
 
 def test_where_the_strand_ends_serves_for_the_turn_that_it_was_told_for_until_that_has_ended() -> None:
     bound = Bound()
-    join = Join(turn=4, strand=(), waiting=(), line=(), last_leg=0)
+    join = Join(turn=4, strand=(), waiting=(), robots=(), line=(), last_leg=0)
     bound.answered(0.0, 0, join=join)
     assert [bound.reporter.join(turn) for turn in (3, 4, 5)] == [None, join, None]
     bound.reporter.end_turn(Ended(4, placed=False))

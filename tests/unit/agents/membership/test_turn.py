@@ -45,7 +45,8 @@ class NoWay:
 def turn_s(waiting: int, body: Stands, plans: NoWay) -> float:
     """How long the turn of a robot lasts that gets to no place, beside so many that wait for theirs."""
     others = tuple(Point(x_m=float(number), y_m=0.0) for number in range(1, waiting + 1))
-    join = Join(turn=1, strand=(Point(x_m=-1.0, y_m=0.0),), waiting=others, line=(), last_leg=0)
+    strand, robots = (Point(x_m=-1.0, y_m=0.0),), tuple(range(2, waiting + 3))
+    join = Join(turn=1, strand=strand, waiting=others, robots=robots, line=(), last_leg=0)
     turn = TurnTaker(MISSION, cast("Driver", body), cast("Senses", body), cast("Joining", plans), join)
     now_s = 0.0
     while turn.ended is None and now_s < FOR_EVER_S:
