@@ -26,6 +26,7 @@ from world.judge.rules.formations import Formations
 from world.judge.rules.invariants import ARRIVAL, Counting, Epochs, Granting, Leading, Numbers
 from world.judge.rules.motion import Motion, Tolerance
 from world.judge.rules.rule import Dated, Rule
+from world.judge.rules.watched import Watched
 from world.judge.truth.truth import Truth
 from world.scenario.scenario import Scenario
 
@@ -147,7 +148,7 @@ class Judge:
             speed_mps_max=scenario.drive.speed_mps,
         )
         self._distances = Distances(scenario)
-        further = self._distances, Truth(scenario)
+        further = self._distances, Watched(), Truth(scenario)
         self._court = Court(tolerance, followers_sense=law.promises_clearance, further=further)
         self._failure: str | None = None
 

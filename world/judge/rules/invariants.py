@@ -1,7 +1,7 @@
 """The invariants of every run besides S1 and S2, under any loss, delay, damage, kill or freeze.
 
 They are judged from the timeline alone, in one place for live runs, rehearsals and logs.
-S3: `motion` and, while robots join, `authority`.
+S3: `motion`, `watched` and, while robots join, `authority`.
 F1 to F6: the rules of fences (docs/strand.md), as far as a timeline shows them. `fences` judges the fences,
     `formations` what the coordinator made, `authority` the orders, and `motion` the bodies. This file has:
     F2: no robot plans or grants in an epoch that is not in force yet.
