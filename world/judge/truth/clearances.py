@@ -7,7 +7,7 @@ Rule 2: the clearance is measured from true poses, not taken from `step.finished
 Rule 3: the plan may be recorded later than its step. Of several for one target the greatest promise counts.
         Steps of a robot that joins have no numbers in orders: their reach tells apart those for one target.
 Rule 4: a step for which nothing was promised breaks that promise, too. Of a robot that died on its way or
-        later, the plan may be missing.
+        later, the plan may be missing; one that is there, and promises nothing, shows that nothing was promised.
 """
 
 import math
@@ -34,6 +34,8 @@ from world.geometry.shapes import Ground
 from world.judge.rules.evidence import ROUNDING_M
 from world.judge.rules.rule import Dated, breach_of, broken
 
+NOTHING = -math.inf
+UNPROMISED = "drove a step for which no clearance was promised"
 PROMISES_KEPT = 8  # of a robot: it plans a step when the one before is over
 
 Key = tuple[int, int, float, Point]
@@ -59,7 +61,7 @@ class Clearances:
         self._may = May.NOBODY
         self._ways: dict[int, _Way] = {}
         self._promised_m: dict[int, dict[Key, float]] = defaultdict(dict)
-        """The newest promises of each robot."""
+        """The newest promises of each robot; `NOTHING` of a plan that promises none."""
         self._kept: dict[Key, tuple[float, float, float]] = {}
         """When steps began and ended whose plan has not come yet, and with which clearance."""
         self._died_s: dict[int, float] = {}
@@ -89,10 +91,11 @@ class Clearances:
     def hear_robot(self, robot: int, entry: Entry) -> Iterator[Dated]:
         """Process an entry of a robot."""
         match entry.record:
-            case StepPlanned(promised_clearance_m=float(promised_m)) as plan:
+            case StepPlanned(promised_clearance_m=promised_m) as plan:
                 key = robot, plan.epoch, plan.reach_m if plan.joins else plan.step, plan.target
                 promised = self._promised_m[robot]
-                promised[key] = max(promised_m, promised.get(key, 0.0))
+                least_m = NOTHING if promised_m is None else promised_m
+                promised[key] = max(least_m, promised.get(key, NOTHING))
                 if len(promised) > PROMISES_KEPT:
                     in_hand = self._ways.get(robot)
                     del promised[next(each for each in promised if in_hand is None or each != in_hand.key)]
@@ -108,7 +111,7 @@ class Clearances:
             yield from self._measure(t_s, robot)
         for (robot, *_), (began_s, ended_s, _) in self._kept.items():
             if self._died_s.get(robot, -math.inf) < began_s:
-                yield ended_s, broken("S4", robot, "drove a step for which no clearance was promised")
+                yield ended_s, broken("S4", robot, UNPROMISED)
 
     def _take(self, t_s: float, order: OrderAccepted) -> Iterator[Dated]:
         """A body has taken an order to drive: a new step, or the one that it had before it stood."""
@@ -117,6 +120,8 @@ class Clearances:
         key = order.robot, order.epoch, order.reach_m if joins else order.step, order.target
         way = self._ways.get(order.robot)
         if way is None or way.key != key:
+            if way is not None:
+                way.places.append((order.x_m, order.y_m))
             yield from self._measure(t_s, order.robot)
             if order.step > 0 or joins:
                 self._ways[order.robot] = _Way(key, t_s, [(order.x_m, order.y_m)])
@@ -138,7 +143,9 @@ class Clearances:
 
     def _judge(self, t_s: float, robot: int, kept_m: float, promised_m: float) -> Iterator[Dated]:
         required_m = promised_m - self._mu0_m
-        if kept_m < required_m - ROUNDING_M:
+        if promised_m == NOTHING:
+            yield t_s, broken("S4", robot, UNPROMISED)
+        elif kept_m < required_m - ROUNDING_M:
             yield (
                 t_s,
                 breach_of("S4", robot, kept_m, required_m, "kept less clearance than promised for the step"),

@@ -109,6 +109,19 @@ def test_the_promise_of_a_robot_that_died_on_its_way_may_be_missing() -> None:
     assert broken(run(died, without=cut)) == []
 
 
+def test_a_plan_that_promises_nothing_is_not_excused_by_a_death() -> None:
+    died: Said = (9.0, "world", RobotDied(robot=1, silent_since_s=8.0))
+    assert broken(run(died, plan_1=(0.9, "r1", plan(None)))) == [("S4", 1)]
+    again: Said = (0.95, "r1", plan(LEFT_M))
+    assert broken(run(died, again, plan_1=(0.9, "r1", plan(None)))) == [], "the greatest promise counts"
+
+
+def test_a_step_is_judged_up_to_where_the_next_order_was_taken_on_its_way() -> None:
+    cut = ("there 1", "end 1", "finished 1", "goal 1", "arrived 1", "arrived 2", "arrived 3")
+    turned: Said = (2.9, "world", replace(order(1, 0.9, 0.9, step=2), number=2))
+    assert broken(run(turned, plan_1=(0.9, "r1", plan(0.6)), without=cut)) == [("S4", 1), ("S4", 1)]
+
+
 def test_a_promise_is_kept_until_its_step_is_over_however_many_follow() -> None:
     """Where obstacles move, a leader plans and gives up, and its body takes no order."""
     others = [(2.1, "r1", replace(plan(LEFT_M), step=step)) for step in range(2, 12)]
