@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 
 import msgspec
 from msgspec import Struct
+from msgspec.structs import replace
 
 from clew.log.log import Log
 from clew.log.timeline import Timeline
@@ -14,10 +15,22 @@ from protocol.timeline import PromiseBroken
 from protocol.timeline.invariants import counted, named
 from world.judge.judgement import Breach, Judgement, judge, untrue_in
 from world.judge.monitor import Promises
-from world.judge.verdict import finite
+from world.judge.verdict import VERDICT_FILE, finite
 from world.record.lines import Line
-from world.record.run_files import check_unchanged
+from world.record.recorder import EVENTS_FILE
+from world.record.run_files import check_unchanged, read_verdict
 from world.scenario.scenario import Scenario
+
+JUDGED = (
+    "clearance_m_min",
+    "clearance_m_required",
+    "moving_clearance_m_min",
+    "separation_m_min",
+    "separation_m_required",
+    "path_m",
+)
+"""What a verdict and a finding say of the same log."""
+ROUNDING_M = 1e-6
 
 
 class Finding(Struct, frozen=True, kw_only=True):
@@ -62,7 +75,7 @@ def check(timeline: Timeline | Log) -> Finding:
         flaws.append(f"the judge failed: {judgement.failure}")
     if scenario.fingerprint() != timeline.header.scenario_hash:
         flaws.append("the scenario in the header is not the one that was run: its hash differs")
-    return Finding(
+    finding = Finding(
         ok=not judgement.breaches and not flaws,
         violations=sum(judgement.violations.values()),
         violations_by_invariant=judgement.violations,
@@ -76,6 +89,32 @@ def check(timeline: Timeline | Log) -> Finding:
         breaches=judgement.breaches,
         flaws=tuple(flaws),
     )
+    denied = tuple(_denied(timeline, finding))
+    return replace(finding, ok=finding.ok and not denied, flaws=(*finding.flaws, *denied))
+
+
+def _denied(timeline: Timeline | Log, finding: Finding) -> Iterator[str]:
+    """In what the verdict beside a log says something else than the log: both are judged from that alone."""
+    if not isinstance(timeline, Log) or timeline.path.name != EVENTS_FILE:
+        return  # a copy with another name may be of another run
+    try:
+        verdict = read_verdict(timeline.path.parent)
+    except FileNotFoundError:
+        return
+    except (OSError, msgspec.MsgspecError) as error:
+        yield f"{VERDICT_FILE} cannot be read: {error}"
+        return
+    if not verdict.ok and verdict.sim_s == 0.0 and not any(verdict.violations_by_invariant.values()):
+        return  # the launcher's, of a run that nobody could judge
+    for name in JUDGED:
+        said, found = getattr(verdict, name), getattr(finding, name)
+        if (said is None) != (found is None) or (said is not None and abs(said - found) > ROUNDING_M):
+            yield f"{VERDICT_FILE}: {name} is {said}, by the log {found}"
+    said, found = (counted(each.violations_by_invariant) or "none" for each in (verdict, finding))
+    if said != found:
+        yield f"{VERDICT_FILE}: violations: {said}, by the log {found}"
+    if verdict.ok and verdict.violations:
+        yield f"{VERDICT_FILE}: is ok and has {verdict.violations} violations"
 
 
 def _noting(broken: list[Breach], lines: Iterable[Line]) -> Iterator[Line]:

@@ -3,15 +3,32 @@
 Rule 1: the numbers of a source have no hole, and its numbers and times increase.
 Rule 2: a robot that was started again begins with `robot.started`, counts from 1, and does not know the time
         yet.
+Rule 3: when a run has ended, the last entry of each robot that was there is its `traffic.counted`. Numbers
+        alone do not show that the last ones are missing.
 """
 
 from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from protocol.keys import WORLD, robot_name
 from protocol.plain import plain
-from protocol.timeline import Entry, RobotStarted
+from protocol.timeline import (
+    Entry,
+    Record,
+    RobotAppeared,
+    RobotDied,
+    RobotRestarted,
+    RobotReturned,
+    RobotStarted,
+    RunEnded,
+    TrafficCounted,
+)
 
+OF_THE_END = frozenset[type](
+    {RobotAppeared, RobotDied, RobotRestarted, RobotReturned, RunEnded, TrafficCounted}
+)
+"""What rule 3 is about."""
 TOLD_MAX = 20
 """How many flaws of one kind are listed; the rest is counted."""
 
@@ -90,6 +107,11 @@ class Completeness:
     def __init__(self) -> None:
         self._sources: dict[str, _Source] = {}
         self._disorder = Told()
+        self._open: set[str] = set()
+        """The robots that are there, and have not told their last entry."""
+        self._told: set[str] = set()
+        """Those that have."""
+        self._is_over = False
 
     def hear(self, source: str, entry: Entry) -> None:
         """The next entry of the log."""
@@ -99,6 +121,25 @@ class Completeness:
                 known.lives.append(Numbers())
             known.began, known.n, known.t_s = entry, 0, 0.0
         self.number(source, entry.n, entry.t_s)
+        if type(entry.record) in OF_THE_END:
+            self._hear_of_end(source, entry.record)
+
+    def _hear_of_end(self, source: str, record: Record) -> None:
+        """Rule 3."""
+        match record:
+            case TrafficCounted():
+                self._told.add(source)
+            case RunEnded() if source == WORLD:
+                self._is_over = True
+            case RobotDied(robot=robot) if source == WORLD:
+                self._open.discard(robot_name(robot))
+            case RobotRestarted(robot=robot) if source == WORLD:
+                self._open.add(robot_name(robot))
+                self._told.discard(robot_name(robot))
+            case RobotAppeared(robot=robot) | RobotReturned(robot=robot) if source == WORLD:
+                self._open.add(robot_name(robot))
+            case _:
+                pass  # of a source that has no say in it
 
     def number(self, source: str, n: int, t_s: float) -> None:
         """The next line has this number, even if the rest of the line cannot be read."""
@@ -122,4 +163,6 @@ class Completeness:
             for life in known.lives:
                 for flaw in life.flaws():
                     numbers.add(f"{source}: {flaw}")
+        for source in sorted(self._open - self._told) if self._is_over else ():
+            numbers.add(f"{source}: its last entries are missing: the one in which it has counted messages")
         yield from numbers

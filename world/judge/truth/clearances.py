@@ -7,7 +7,7 @@ Rule 2: the clearance is measured from true poses, not taken from `step.finished
 Rule 3: the plan may be recorded later than its step. Of several for one target the greatest promise counts.
         Steps of a robot that joins have no numbers in orders: their reach tells apart those for one target.
 Rule 4: a step for which nothing was promised breaks that promise, too. Of a robot that died on its way or
-        later, the plan may be missing; one that is there, and promises nothing, shows that nothing was promised.
+        later, the plan may be missing. One that is there, and promises nothing, excuses nobody.
 """
 
 import math
