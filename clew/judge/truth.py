@@ -2,7 +2,7 @@
 
 Rule 1: of a run's file only these entries count, which the world writes from what it knows itself: where
         bodies are (`pose.sampled`), and which robots were killed or frozen (`fault.injected`). A robot's word
-        counts only where it says that the fault plan killed it, and the plan has that rule.
+        counts only where it says that the fault plan killed itself, and the plan has that rule, for that.
 Rule 2: formats are read as docs/timeline.md, docs/scenario.md and docs/fields.md describe them.
 """
 
@@ -26,6 +26,8 @@ HERE, STILL = shapely.Point(0.0, 0.0), ((0.0, 0.0, 0.0),)
 ROUND = HERE.buffer(1.0, quad_segs=512)
 """A circle of 1 m with 2048 corners, of which ellipses are made: off by a millionth of the longer axis."""
 HARM = {"kill", "freeze"}
+STRIKES = HARM | {"restart"}
+"""The faults of rules that do such harm."""
 UNCERTIFIED = {"printed", "resultant"}  # the paper's laws; every other promises clearance
 MOMENT_S = 0.06  # in which a robot moves beside another one, where obstacles move
 DRIFT = 2.0  # a body is off its path by mu0 at most, on each side: twice on one way
@@ -96,13 +98,15 @@ def read(lines: Iterable[bytes], scene: Mapping[str, Any] | None = None) -> Trut
         header = next(entries, None)
         if header is None:
             raise UnreadableError("it is empty: no header of a run")
-        planned = {rule["name"] for rule in (header["faults"] or {}).get("rule", ())}
+        rules = (header["faults"] or {}).get("rule", ())
+        planned = {rule["name"] for rule in rules if rule["fault"] in STRIKES}
         for entry in entries:
             by_world = entry["source"] == "world"
             if entry["kind"] == "pose.sampled" and by_world:
                 poses[entry["robot"]].append((entry["t_s"], entry["x_m"], entry["y_m"]))
-            elif entry["kind"] == "fault.injected" and (by_world or entry["rule"] in planned):
-                struck |= {entry["process"]} if entry["fault"] in HARM else set()
+            elif entry["kind"] == "fault.injected" and entry["fault"] in HARM:
+                by_itself = entry["source"] == entry["process"] and entry["rule"] in planned
+                struck |= {entry["process"]} if by_world or by_itself else set()
         scene = None if scene is None else _scenario(scene)
         said = header["scenario"]
         truth = _truth(said, said["law"]["law"], poses, struck)

@@ -16,6 +16,8 @@ from tests.support.judges import poses, scenario, written
 
 KILLED = {"kind": "fault.injected", "fault": "kill", "rule": "kill-1", "process": "r2", "t_s": 1.0}
 PLAN = {"name": "p", "rule": [{"name": "kill-1", "fault": "kill"}]}
+RESTARTS = {"name": "p", "rule": [{"name": "kill-1", "fault": "restart"}]}
+DROPS = {"name": "p", "rule": [{"name": "kill-1", "fault": "drop"}]}
 
 
 def test_poses_count_in_the_order_of_time_and_only_from_the_world() -> None:
@@ -27,7 +29,15 @@ def test_poses_count_in_the_order_of_time_and_only_from_the_world() -> None:
 
 @pytest.mark.parametrize(
     ("source", "faults", "harmed"),
-    [("world", None, {2}), ("r2", PLAN, {2}), ("r2", None, set()), ("r2", {"rule": []}, set())],
+    [
+        ("world", None, {2}),
+        ("r2", PLAN, {2}),
+        ("r2", RESTARTS, {2}),
+        ("r2", None, set()),
+        ("r2", {"rule": []}, set()),
+        ("r2", DROPS, set()),
+        ("r1", PLAN, set()),
+    ],
 )
 def test_a_robot_is_harmed_by_the_word_of_the_world_or_of_the_plan(
     source: str, faults: object, harmed: set[int]

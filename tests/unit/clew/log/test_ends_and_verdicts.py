@@ -1,4 +1,4 @@
-"""`log check`: whether the last entries of robots are there, and whether the verdict says what the log says."""
+"""`log check`: whether the last entries of robots are there, and whether the verdict is of the log."""
 
 from pathlib import Path
 
