@@ -13,7 +13,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import get_args
 
-from protocol.frames import Point
 from protocol.keys import WORLD
 from protocol.timeline import Entry, OrderAccepted, OrderFinished, PoseSampled, ScanServed, StepFinished
 from world.judge.rules.claims import ROUNDING_S
@@ -26,26 +25,44 @@ Told = OrderAccepted | OrderFinished | ScanServed | StepFinished
 """What else says where a body is."""
 
 
+Sample = tuple[float, PoseSampled]
+
+
 @dataclass(slots=True)
 class _Body:
     """What is known of one body."""
 
-    sampled: tuple[float, PoseSampled] | None = None
+    _sampled: Sample | None = None
     """The newest sample."""
-    told: deque[tuple[float, Told]] = field(default_factory=deque)
+    _told: deque[tuple[float, Told]] = field(default_factory=deque)
     """What was told since, as far as the next sample may show that it was so."""
-    is_off: bool = False
+    _is_off: bool = False
     """Whether the newest place that was told is off its way."""
 
-    def off_m(self, t_s: float, told: Told, until: tuple[float, PoseSampled] | None) -> float:
-        """How far a place is off the way from the newest sample to the next one; without that, it stood."""
-        assert self.sampled is not None, "else there is no way yet"
-        (start_s, start), (end_s, end) = self.sampled, until or self.sampled
-        share = min((t_s - start_s) / (end_s - start_s), 1.0) if end_s > start_s else 1.0
-        there = Point(
-            x_m=start.x_m + share * (end.x_m - start.x_m), y_m=start.y_m + share * (end.y_m - start.y_m)
-        )
-        return apart_m(there, Point(x_m=told.x_m, y_m=told.y_m))
+    def sample(self, t_s: float, pose: PoseSampled) -> Iterator[Dated]:
+        """The body was here then: rule 1, and what was told before."""
+        if self._sampled is not None:
+            before_s, before = self._sampled
+            moved_m = apart_m(before, pose)
+            if moved_m > ROUNDING_M and t_s - before_s > SAMPLED_S + ROUNDING_S:
+                why = f"moved, and was not sampled for {t_s - before_s:.2f} s"
+                yield t_s, breach_of("S3", pose.robot, moved_m, 0.0, why)
+        yield from self.compare(t_s, (t_s, pose))
+        self._sampled = t_s, pose
+
+    def tell(self, t_s: float, told: Told) -> None:
+        """The world says that the body was here then."""
+        self._told.append((t_s, told))
+
+    def compare(self, until_s: float, after: Sample | None = None) -> Iterator[Dated]:
+        """Rules 2 and 3, for what was told until then: by the sample after that; without one it stood."""
+        while self._told and self._told[0][0] <= until_s:
+            t_s, told = self._told.popleft()
+            off_m = 0.0 if self._sampled is None else _off_m(t_s, told, self._sampled, after or self._sampled)
+            was_off, self._is_off = self._is_off, off_m > ROUNDING_M
+            if self._is_off and not was_off:
+                why = f"is elsewhere than {type(told).__struct_config__.tag} says, by its samples"
+                yield t_s, breach_of("S3", told.robot, off_m, 0.0, why)
 
 
 class Watched:
@@ -63,39 +80,20 @@ class Watched:
             return
         body = self._bodies[record.robot]
         if isinstance(record, PoseSampled):
-            yield from _unwatched(body, t_s, record)
-            yield from _astray(body, t_s, (t_s, record))
-            body.sampled = t_s, record
+            yield from body.sample(t_s, record)
         else:
-            yield from _astray(body, t_s - SAMPLED_S - ROUNDING_S, None)
-            body.told.append((t_s, record))
+            yield from body.compare(t_s - SAMPLED_S - ROUNDING_S)
+            body.tell(t_s, record)
 
     def close(self) -> Iterator[Dated]:
         """No sample follows."""
         for body in self._bodies.values():
-            yield from _astray(body, math.inf, None)
+            yield from body.compare(math.inf)
 
 
-def _unwatched(body: _Body, t_s: float, pose: PoseSampled) -> Iterator[Dated]:
-    """Rule 1."""
-    if body.sampled is None:
-        return
-    before_s, before = body.sampled
-    moved_m = apart_m(before, pose)
-    if moved_m > ROUNDING_M and t_s - before_s > SAMPLED_S + ROUNDING_S:
-        why = f"moved, and was not sampled for {t_s - before_s:.2f} s"
-        yield t_s, breach_of("S3", pose.robot, moved_m, 0.0, why)
-
-
-def _astray(body: _Body, until_s: float, sampled: tuple[float, PoseSampled] | None) -> Iterator[Dated]:
-    """Rules 2 and 3, for all that was told until then: by the next sample, or the body stood."""
-    while body.told and body.told[0][0] <= until_s:
-        t_s, told = body.told.popleft()
-        if body.sampled is None:
-            continue
-        off_m, was_off = body.off_m(t_s, told, sampled), body.is_off
-        body.is_off = off_m > ROUNDING_M
-        if body.is_off and not was_off:
-            said = type(told).__struct_config__.tag
-            why = f"is elsewhere than {said} says, by its samples"
-            yield t_s, breach_of("S3", told.robot, off_m, 0.0, why)
+def _off_m(t_s: float, told: Told, before: Sample, after: Sample) -> float:
+    """How far a place that was told is off the straight way between two samples."""
+    (start_s, start), (end_s, end) = before, after
+    share = min((t_s - start_s) / (end_s - start_s), 1.0) if end_s > start_s else 1.0
+    x_m, y_m = start.x_m + share * (end.x_m - start.x_m), start.y_m + share * (end.y_m - start.y_m)
+    return math.hypot(told.x_m - x_m, told.y_m - y_m)
