@@ -26,7 +26,7 @@ MUTANTS = (
         "protocol/wire/authority.py",
         "    ground = path.corners(progress_m, path.end_m)\n",
         "    return max(from_m, progress_m - keep_m)\n    ground = path.corners(progress_m, path.end_m)\n",
-        seed=13,
+        seed=15,
     ),
     _mutant(
         "leader-over-grants",
@@ -77,6 +77,7 @@ MUTANTS = (
         "protocol/mission.py",
         "        return self.robot_radius_m + max(self.clear_m, ",
         "        return self.robot_radius_m + max(0.0, ",
+        seed=6,
     ),
     Mutant(
         "lenient-monitor",
