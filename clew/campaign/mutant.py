@@ -25,12 +25,22 @@ class Mutant:
     seeds_max: int = SEEDS_MAX
     seed: int = 1
     """The seed that caught it when it was last searched for; a search begins with it."""
+    breaks: tuple[str, ...] = ()
+    """The invariants of which a catch breaks one, or the kind of surprise; else it is an accident."""
     check: str = ""
     """The test that catches it, where no seed of a swarm has: what it needs, no swarm draws."""
 
 
 def mutant(
-    name: str, rule: str, file: str, before: str, after: str, *, seed: int = 1, check: str = ""
+    name: str,
+    rule: str,
+    file: str,
+    before: str,
+    after: str,
+    *,
+    seed: int = 1,
+    breaks: tuple[str, ...] = (),
+    check: str = "",
 ) -> Mutant:
     """A mutant with one edit."""
-    return Mutant(name, rule, (Edit(file, before, after),), seed=seed, check=check)
+    return Mutant(name, rule, (Edit(file, before, after),), seed=seed, breaks=breaks, check=check)

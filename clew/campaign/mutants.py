@@ -2,8 +2,8 @@
 
 Rule 1: a mutant replaces an exact piece of source in a copy of the tree. A piece that does not occur, or
         occurs twice, is an error: the source has changed, and the mutant must follow.
-Rule 2: the first seed that surprises with the mutant, and does not surprise without it, catches it. One that
-        the wall-clock limit has stopped catches nothing.
+Rule 2: the first seed that surprises with the mutant by what the mutant breaks, and does not surprise without
+        it, catches it. One that the wall-clock limit has stopped catches nothing.
 Rule 3: each mutant states within how many seeds it must be caught; or the test that catches it, which is then
         run in the copy instead.
 Rule 4: the seed that caught a mutant the last time is played first, then the others from 1 on.
@@ -71,7 +71,7 @@ def run_mutant(mutant: Mutant) -> Caught:
         parts = [*((each, each) for each in firsts), (1, mutant.seeds_max)]
         for outcome in chain.from_iterable(outcomes_in(Path(folder), WORKER, *part) for part in parts):
             played, cpu_s = played + 1, cpu_s + outcome.cpu_s
-            if is_catch(outcome) and passes_unmutated(outcome.seed):
+            if is_catch(outcome, mutant) and passes_unmutated(outcome.seed):
                 return Caught(
                     mutant=mutant.name,
                     by=by(outcome),
@@ -150,9 +150,15 @@ def apply(mutant: Mutant, folder: Path) -> None:
         path.write_text(text.replace(edit.before, edit.after), encoding="utf-8")
 
 
-def is_catch(outcome: Outcome) -> bool:
-    """Whether the episode surprised. The wall-clock limit says nothing: it may be the machine."""
-    return outcome.surprise not in {Surprise.NONE, Surprise.STOPPED}
+def is_catch(outcome: Outcome, mutant: Mutant) -> bool:
+    """Whether the episode surprised by what the mutant breaks.
+
+    The wall-clock limit says nothing: it may be the machine.
+    """
+    if outcome.surprise in {Surprise.NONE, Surprise.STOPPED}:
+        return False
+    broken = {each for each, count in outcome.violations_by_invariant.items() if count}
+    return not {*broken, str(outcome.surprise)}.isdisjoint(mutant.breaks)
 
 
 def passes_unmutated(seed: int) -> bool:

@@ -12,6 +12,7 @@ MUTANTS = (
             Edit("agents/strand/grants.py", "progress_m - self.keep_m + THERE_M)", "progress_m)"),
             Edit("agents/strand/grants.py", "keep_m=self.keep_m)", "keep_m=0.0)"),
         ),
+        breaks=("S2",),
     ),
     _mutant(
         "path-is-authority",
@@ -19,6 +20,7 @@ MUTANTS = (
         "agents/strand/strand.py",
         "self.authority_m = max(self.authority_m, state.authority_m)",
         "self.authority_m = self.path.end_m",
+        breaks=("S2", "F5"),
     ),
     _mutant(
         "hairpins",
@@ -27,6 +29,7 @@ MUTANTS = (
         "    ground = path.corners(progress_m, path.end_m)\n",
         "    return max(from_m, progress_m - keep_m)\n    ground = path.corners(progress_m, path.end_m)\n",
         seed=15,
+        breaks=("S2",),
     ),
     _mutant(
         "leader-over-grants",
@@ -35,6 +38,7 @@ MUTANTS = (
         "np.full(len(corners) - 1, keep_m)",
         "np.full(len(corners) - 1, 0.0 * keep_m)",
         seed=18,
+        breaks=("S2",),
     ),
     *OF_VIEWS,
     _mutant(
@@ -62,6 +66,7 @@ MUTANTS = (
         "        number = max(self.odometry.ordered, int(self.odometry.t_s * NUMBERS_PER_S)) + LATE_ORDERS\n",
         "        number = 0\n",
         seed=27,
+        breaks=("liveness",),
     ),
     _mutant(
         "no-checksum",
@@ -70,6 +75,7 @@ MUTANTS = (
         "    if _seal(content, key) != payload[-SEAL_BYTES:]:",
         "    if len(payload) < SEAL_BYTES:",
         seed=9,
+        breaks=("F4", "F5", "P4"),
     ),
     _mutant(
         "no-epsilon",
@@ -78,6 +84,7 @@ MUTANTS = (
         "        return self.robot_radius_m + max(self.clear_m, ",
         "        return self.robot_radius_m + max(0.0, ",
         seed=6,
+        breaks=("S1",),
     ),
     Mutant(
         "lenient-monitor",
@@ -95,6 +102,7 @@ MUTANTS = (
             ),
         ),
         seed=31,
+        breaks=("judges",),
     ),
     _mutant(
         "neighbours-uncompared",
@@ -102,6 +110,7 @@ MUTANTS = (
         "world/judge/monitor.py",
         "np.triu(apart_m <= near_m + self._slack_m, k=1)",
         "np.triu(apart_m <= near_m + self._slack_m, k=2)",
+        breaks=("judges",),
     ),
     _mutant(
         "late-orders",
@@ -145,6 +154,7 @@ MUTANTS = (
                 "        clear = True\n",
             ),
         ),
+        breaks=("S1", "F6"),
     ),
     _mutant(
         "silence-unnoticed",
@@ -162,6 +172,7 @@ MUTANTS = (
         "            handed=own.handed.number,\n            vertices=len(self._path),\n",
         "            handed=own.handed.number,\n            vertices=len(self._path) + 2,\n",
         seed=6,
+        breaks=("liveness",),
     ),
     _mutant(
         "number-one-again",
@@ -178,6 +189,7 @@ MUTANTS = (
         "agents/navigation/certificate.py",
         "    return max(0.0, float(apart_m.min()) - mission.robot_radius_m)\n",
         "    return max(0.0, float(apart_m.min()) - mission.robot_radius_m) + 0.03\n",
+        breaks=("S4",),
     ),
     _mutant(
         "keep-without-mu0",
@@ -195,6 +207,7 @@ MUTANTS = (
         "(self._goal - position))) <= self._mission.goal_tolerance_m\n",
         "(self._goal - position))) <= self._mission.goal_tolerance_m + 0.33\n",
         seed=5,
+        breaks=("A1",),
     ),
     _mutant(
         "arrives-on-its-way",
@@ -202,6 +215,7 @@ MUTANTS = (
         "agents/strand/advance.py",
         "        if there and state.arrived and not self._arrived:\n",
         "        if state.arrived and not self._arrived:\n",
+        breaks=("A2",),
     ),
     Mutant(
         "dead-man-doubled",
@@ -236,6 +250,7 @@ MUTANTS = (
         "agents/strand/follower.py",
         "        return not self._mission.promises_clearance or",
         "        return hash(reach_m) % 10 == 0 or",
+        breaks=("S1", "F6"),
     ),
     _mutant(
         "empty-map",
@@ -253,6 +268,7 @@ MUTANTS = (
         "        return tuple(self._vertices[first : first + most])\n",
         "        return tuple(self._vertices[first : first + most][::-1])\n",
         seed=6,
+        breaks=("liveness",),
     ),
     _mutant(
         "learns-over-gaps",
@@ -294,6 +310,7 @@ MUTANTS = (
         "world/core.py",
         "        if living and tally.arrived >= living:",
         "        if living and tally.arrived:",
+        breaks=("liveness",),
     ),
 )
 

@@ -10,6 +10,7 @@ OF_VIEWS = (
         "    exactly = (bearing.epoch, bearing.turn) == (fence.epoch, fence.turn)\n",
         "    exactly = True\n",
         seed=144,
+        breaks=("F1",),
     ),
     mutant(
         "drives-on",
@@ -18,6 +19,7 @@ OF_VIEWS = (
         "        self.bodies.stand()\n        return [*samples, ",
         "        return [*samples, ",
         seed=2,
+        breaks=("F1",),
     ),
     Mutant(
         "any-order",
@@ -35,6 +37,7 @@ OF_VIEWS = (
             ),
         ),
         seed=4,
+        breaks=("F1",),
     ),
     mutant(
         "next-life-drives",
@@ -65,6 +68,7 @@ OF_VIEWS = (
                 "if whole is None:",
             ),
         ),
+        breaks=("F2", "F5"),
     ),
     mutant(
         "any-turn",
@@ -73,6 +77,7 @@ OF_VIEWS = (
         "is_next = (fence.epoch, fence.turn) == (now.epoch, now.turn + 1) and now.may is not May.ALL",
         "is_next = fence.epoch == now.epoch and fence != now",
         seed=4,
+        breaks=("F3",),
     ),
     mutant(
         "late-raises",
@@ -81,6 +86,7 @@ OF_VIEWS = (
         "epoch.generation == now.epoch.generation and now.turn == 0",
         "epoch.generation == now.epoch.generation",
         seed=134,
+        breaks=("F3",),
     ),
     mutant(
         "raised-again",
@@ -115,6 +121,7 @@ OF_VIEWS = (
         "        if (epoch.robot, epoch.life) == (self._robot, self._life):\n",
         "        if epoch.robot == self._robot:\n",
         seed=17,
+        breaks=("F3", "F4"),
     ),
     mutant(
         "fence-unwritten",
@@ -122,6 +129,7 @@ OF_VIEWS = (
         "world/bodies/arena.py",
         "self.note(taken.as_record())]",
         "*([self.note(taken.as_record())] if taken.cause else self.sample())]",
+        breaks=("F1", "F2", "F3"),
     ),
     Mutant(
         "old-places",
@@ -136,6 +144,7 @@ OF_VIEWS = (
             ),
             Edit("agents/strand/member.py", "self._misfit = off_m > mission.mu0_m", "self._misfit = False"),
         ),
+        breaks=("F4",),
     ),
     mutant(
         "puts-untold",
@@ -208,6 +217,7 @@ OF_VIEWS = (
         "        if self._odometry is not None and _age(odometry) <= _age(self._odometry):\n",
         "        if self._odometry is not None and odometry == self._odometry:\n",
         seed=7,
+        breaks=("F4", "P2"),
     ),
     mutant(
         "unheard-is-near",
@@ -255,6 +265,7 @@ OF_VIEWS = (
             Edit("agents/membership/membership.py", "        self._senses.forget()\n", ""),
         ),
         seed=54,
+        breaks=("F6",),
     ),
     mutant(
         "neighbours-hide-nothing",

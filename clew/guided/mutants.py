@@ -109,7 +109,7 @@ def _trial(mutant: Mutant, folder: Path, worker: str, first: int, cpu_s_max: flo
     cpu_s, seeds, futures = 0.0, 0, 0
     for outcome in outcomes_in(folder, worker, first, first + mutant.seeds_max - 1):
         cpu_s, seeds, futures = cpu_s + outcome.cpu_s, seeds + 1, futures + outcome.futures
-        if is_catch(outcome) and _passes_unmutated(outcome):
+        if is_catch(outcome, mutant) and _passes_unmutated(outcome):
             return Trial(
                 first_seed=first,
                 seed=outcome.seed,

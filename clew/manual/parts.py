@@ -68,7 +68,8 @@ def _catcher(mutant: Mutant) -> str:
     if mutant.check:
         return f"`{mutant.check}`"
     rule = next((rule for rule, each in RULES.items() if each.mutant == mutant), None)
-    return "a swarm" if rule is None else f"a swarm, `explore --without {rule}`"
+    swarm = f"a swarm, by {' or '.join(mutant.breaks)}"
+    return swarm if rule is None else f"{swarm}; `explore --without {rule}`"
 
 
 PARTS = (

@@ -9,6 +9,7 @@ from clew.campaign.mutants import apply, is_catch, run_mutant
 from clew.campaign.mutants_list import MUTANTS
 from protocol.errors import UsageError
 from protocol.root import ROOT
+from protocol.timeline.invariants import INVARIANTS
 from tests.support.campaigns import outcome
 
 
@@ -61,11 +62,21 @@ def test_a_mutant_that_no_swarm_shows_is_caught_by_its_test() -> None:
     assert (caught.by, caught.seed) == ("test", None)
 
 
-def test_every_surprise_is_a_catch_but_an_episode_that_the_wall_clock_limit_has_stopped() -> None:
-    assert {each for each in Surprise if not is_catch(outcome(surprise=each))} == {
-        Surprise.NONE,
-        Surprise.STOPPED,
-    }
+@pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: mutant.name)
+def test_each_mutant_says_what_a_catch_breaks_or_which_test_catches_it(mutant: Mutant) -> None:
+    assert set(mutant.breaks) <= {*INVARIANTS, Surprise.LIVENESS, Surprise.JUDGES}
+    assert bool(mutant.breaks) is not bool(mutant.check)
+
+
+def test_only_a_surprise_by_what_a_mutant_breaks_is_a_catch() -> None:
+    """`no-epsilon` was once caught by a separation, and another mutant by a rounding."""
+    mutant = Mutant("", "", (), breaks=("S1", Surprise.LIVENESS))
+    for broken, is_its in ({"S1": 1}, True), ({"S1": 1, "S2": 3}, True), ({"S1": 0, "S2": 3}, False):
+        found = outcome(surprise=Surprise.VIOLATION, violations_by_invariant=broken)
+        assert is_catch(found, mutant) is is_its
+    assert {each for each in Surprise if is_catch(outcome(surprise=each), mutant)} == {Surprise.LIVENESS}
+    mutant = Mutant("", "", (), breaks=(Surprise.NONE, Surprise.STOPPED))
+    assert not any(is_catch(outcome(surprise=each), mutant) for each in Surprise)
 
 
 @pytest.mark.parametrize(
@@ -83,6 +94,12 @@ def test_the_seed_that_caught_a_mutant_before_is_played_first(
 
     monkeypatch.setattr("clew.campaign.mutants.outcomes_in", outcomes)
     monkeypatch.setattr("clew.campaign.mutants.passes_unmutated", lambda _seed: True)
-    harmless = Mutant("harmless", "", (Edit("protocol/wire/link.py", "class Link(", "class Link("),), seed=7)
+    harmless = Mutant(
+        "harmless",
+        "",
+        (Edit("protocol/wire/link.py", "class Link(", "class Link("),),
+        seed=7,
+        breaks=(Surprise.VIOLATION,),
+    )
     assert run_mutant(harmless).seed == min(catches, default=None)
     assert parts == played
