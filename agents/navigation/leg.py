@@ -5,8 +5,9 @@ Rule 1: what is beside the way hides nothing on it: what it hides is further fro
 Rule 2: a corner may reach nearer than the hits, between two rays. Beside a hit, and between rays that meet
         nothing within the range, it is no nearer than a scan is sure (`agents.navigation.sure`). Beside a
         hull that was taken out of the scan as a robot's, it begins where that robot keeps off obstacles and
-        bodies (`agents.navigation.sure.past_hulls`). What may be beyond the way's end, where no ray meets anything or behind a hull, is nearer to
-        the robot ahead: that one keeps off it (`protocol.legs`).
+        bodies; where obstacles move, at the hit (`past_hulls`). What may be beyond the way's end, where no
+        ray meets anything or behind a hull, is nearer to the robot ahead: that one keeps off it
+        (`protocol.legs`).
 Rule 3: a robot may leave what is too near to it, by a way that leads away. But a leg does not begin there:
         where the strand turns round, its tail comes back to where its leg began, and its drive errs again.
 Rule 4: nor does a new leg end there. What the hull of the first robot hides beyond its place only that robot
