@@ -1,4 +1,4 @@
-"""The error budget: finite directions, sensor noise and drive errors.
+"""The error budget: finite directions, sensor noise, drive errors and rounding.
 
 The certificate covers what finite directions leave unseen: it takes for free only what the scan is sure of
 (`agents/navigation/sure.py`). So ray quantisation costs room in narrow gaps, and almost nothing of the
@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from protocol.mission import DRIVE_SHARE
+from protocol.path import THERE_M
 from world.geometry.shapes import Shape
 
 NOISE_SIGMAS = 3.0
@@ -22,6 +23,10 @@ HEADING_ERRORS = 1.0 / DRIVE_SHARE
 of the segment that the leader drove. Two are what a check of bodies leaves to drives (`SEEN_SHARE`): one to
 the robot's own, and one to that of a robot behind, from which the body may be hidden."""
 
+ROUNDINGS = 4.0
+"""Places along a path that count as equal though `THERE_M` apart: of two robots, each may turn so much before a
+vertex, and drive so much beyond what is granted or checked."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Budget:
@@ -31,11 +36,12 @@ class Budget:
     """At the closest approach, in addition to the distance that the certificate keeps."""
     range_noise_m: float
     drive_m: float
+    rounding_m: float = ROUNDINGS * THERE_M
 
     @property
     def total_m(self) -> float:
         """The sum that mu0 has to cover."""
-        return self.quantisation_m + self.range_noise_m + self.drive_m
+        return self.quantisation_m + self.range_noise_m + self.drive_m + self.rounding_m
 
 
 def sure_range_m(shapes: Sequence[Shape], directions: int) -> float:

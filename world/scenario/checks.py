@@ -100,7 +100,8 @@ def errors_covered(section: LawSection, errors: Budget) -> None:
         _refuse(
             "law.mu0_m",
             f">= {errors.total_m:.6g} m, which is ray quantisation {errors.quantisation_m:.6g} m"
-            f" + range noise {errors.range_noise_m:.6g} m + drive {errors.drive_m:.6g} m",
+            f" + range noise {errors.range_noise_m:.6g} m + drive {errors.drive_m:.6g} m"
+            f" + rounding {errors.rounding_m:.6g} m",
             section.mu0_m,
         )
 

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from protocol.arrays import Floats, scan_bearings_rad
 from protocol.mission import SEEN_SHARE
+from protocol.path import THERE_M
 from tests.support.strategies.shape_strategies import as_shapely, patiently, shapes
 from world.geometry.rays import cast
 from world.geometry.shapes import Circle, Shape, ground_of
@@ -41,16 +42,17 @@ def test_at_the_sure_range_the_thinnest_shape_fills_one_ray_spacing() -> None:
     assert sure_range_m([], 360) == math.inf
 
 
-def test_the_budget_adds_its_three_shares() -> None:
+def test_the_budget_adds_its_four_shares() -> None:
     errors = budget(rays=90, closest_m=0.2, range_sigma_m=0.001, heading_error_rad=0.0001, range_m_max=4.0)
     assert errors.quantisation_m == pytest.approx(0.2 * (1.0 - math.cos(math.radians(4.0))))
     assert errors.range_noise_m == pytest.approx(0.003)
     assert errors.drive_m == pytest.approx(0.0016)
-    assert errors.total_m == pytest.approx(errors.quantisation_m + 0.0046)
+    assert errors.total_m == pytest.approx(errors.quantisation_m + 0.0046 + errors.rounding_m)
+    assert errors.rounding_m == pytest.approx(4.0 * THERE_M)
 
 
 def test_two_drives_err_by_no_more_than_a_check_of_bodies_leaves_to_them() -> None:
     """F6: of a body that the robot ahead hides, a follower knows only that the robot ahead has passed it."""
     errors = budget(rays=90, closest_m=0.2, range_sigma_m=0.0, heading_error_rad=0.001, range_m_max=4.0)
-    least_mu0_m = errors.total_m - errors.quantisation_m
+    least_mu0_m = errors.drive_m
     assert (1.0 - SEEN_SHARE) * least_mu0_m >= 2.0 * 4.0 * 0.001

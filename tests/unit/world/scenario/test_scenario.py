@@ -202,8 +202,8 @@ def _load(tmp_path: Path, text: str, **overrides: object) -> Scenario:
         (
             "range_sigma_m = 0.001",
             "range_sigma_m = 0.003",
-            "$.law.mu0_m: must be >= 0.0138019 m, which is ray quantisation 1.90386e-06 m"
-            " + range noise 0.009 m + drive 0.0048 m, got 0.01",
+            "$.law.mu0_m: must be >= 0.0138059 m, which is ray quantisation 1.90386e-06 m"
+            " + range noise 0.009 m + drive 0.0048 m + rounding 4e-06 m, got 0.01",
         ),
     ],
 )
