@@ -120,7 +120,7 @@ class Strand:
         """
         counters, come_on_m = self._formation.counters, self.path.end_m - self.laid_m
         has_come_on = come_on_m > self._mission.robot_keep_m and not self.back_by_m > 0.0
-        return replace(counters, turns=0, led_in_vain=()) if has_come_on else counters
+        return replace(counters, turns=0, dissolved=0, led_in_vain=()) if has_come_on else counters
 
     # --- where the neighbours are -------------------------------------------------------------------
 

@@ -46,7 +46,7 @@ class Counters(Struct, frozen=True, kw_only=True):
     turns: Count = 0
     """How often the strand has turned round since it has come on."""
     dissolved: Count = 0
-    """How often a strand has dissolved so far."""
+    """How often a strand has dissolved since then."""
     led_in_vain: Robots = ()
     """Who has led since then, and knew no way on."""
     heals: Count = 0

@@ -193,17 +193,25 @@ def test_a_robot_whose_way_stays_blocked_wants_a_view_until_the_block_goes_away(
     assert stage.parts[2].driver.was_sent
 
 
-def test_after_too_many_dissolutions_the_leader_says_for_a_blocked_robot_that_the_route_is_lost() -> None:
+@pytest.mark.parametrize("comes_on", [False, True])
+def test_after_too_many_dissolutions_without_coming_on_the_leader_says_that_the_route_is_lost(
+    monkeypatch: pytest.MonkeyPatch, *, comes_on: bool
+) -> None:
+    """It says so for the robot that is blocked. In a long run many ways are blocked, one after the other."""
+    if not comes_on:
+        monkeypatch.setattr(Leader, "plan", lambda *_, **__: Wait())
     stage = queue(shapes=[])
     stage.shapes, stage.is_checked, stage.counters = [BOX], False, Counters(dissolved=DISSOLVED_MAX)
     stage.reform(counters=stage.counters)
     stage.run(BLOCKED_S + 3.0)
     wish, counters = stage.members[2].wish, stage.members[2].counters
-    assert (wish is not None and wish.cause, counters.dissolved) == (Cause.BLOCKED, DISSOLVED_MAX + 1)
+    assert wish is not None
+    assert (wish.cause, counters.dissolved) == (Cause.BLOCKED, 1 if comes_on else DISSOLVED_MAX + 1)
     assert not stage.records(RouteLost), "only the leader may say so"
     stage.reform(counters=counters)
     stage.run(1.0)
-    assert [robot for robot, record in stage.told if isinstance(record, RouteLost)] == [1]
+    lost = [robot for robot, record in stage.told if isinstance(record, RouteLost)]
+    assert lost == ([] if comes_on else [1])
 
 
 def test_after_as_many_dissolutions_a_leader_whose_way_is_clear_goes_on() -> None:

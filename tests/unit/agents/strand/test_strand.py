@@ -367,7 +367,7 @@ def test_counts_since_the_strand_has_come_on_begin_anew_when_the_path_has_grown_
         strand.hear(LinkHeard(3, number, ahead(path=vertices, backs_up=backs_up)), 0.1)
         counted.append(strand.counters.turns)
     assert counted == [2, 2, 0], "a step that only makes room does not count"
-    assert strand.counters == Counters(steps=4, dissolved=1)
+    assert strand.counters == Counters(steps=4)
 
 
 @pytest.mark.parametrize(("step_m", "turns"), [(0.9, 2), (1.1, 0)])
