@@ -2,7 +2,7 @@
 
 Rule 1: two runs fail in the same way if the same invariant is broken first, or the same exception is raised,
         or the sentences differ only in numbers and robots. Other differences do not matter, nor does what a
-        fleet was doing when its time was up.
+        fleet was doing when its run ended.
 """
 
 import re
@@ -26,7 +26,7 @@ from world.scenario.scenario import Scenario
 WALL_S_MAX = 300.0  # as in a campaign: a case of 9 s of CPU may take more than 60 s on a busy machine
 NO_END = "has no end"
 _BROKEN = re.compile(r"([SFPA]\d) .*?broken by ")
-_DOING = re.compile(r"(the time was up [^:]*): .*")
+_DOING = re.compile(r"(the time was up [^:]*|nothing had moved for long): .*")
 _NUMBERS = re.compile(r"\br?\d+(\.\d+)?(, r?\d+(\.\d+)?)*")
 
 

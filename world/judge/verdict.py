@@ -234,6 +234,7 @@ def _flaws(facts: Facts, recovery: Recovery) -> Iterator[Flaw]:
 
 def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:
     """The flaws in the end of the run itself; a lost route is among the dated ones."""
+    tried = facts.tally.attempt.sentence
     match facts.ending:
         case Ending.INTERRUPTED | Ending.TERMINATED | Ending.HUNG_UP:
             yield ENDED_BY_SIGNAL[facts.ending]
@@ -243,12 +244,11 @@ def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:
             yield Flaw(f"robots never came: {facts.absent}")
         case Ending.TIMED_OUT:
             arrived, living = len(facts.arrived), len(facts.living)
-            tried = facts.tally.attempt.sentence
             yield Flaw(f"the time was up with {arrived} of {living} living robots arrived: {tried}")
         case Ending.STRANDED:
             yield Flaw(f"no way for {_stranded_sentence(facts)}")
         case Ending.STUCK:
-            yield Flaw(f"the strand did not heal: by t={facts.sim_s:.1f} s nothing had moved for long")
+            yield Flaw(f"by t={facts.sim_s:.1f} s nothing had moved for long: {tried}")
         case Ending.EXTINCT | Ending.LOST_PROCESS:
             yield Flaw(str(facts.ending))
         case Ending.ARRIVED | Ending.ROUTE_LOST:

@@ -20,6 +20,10 @@ from tests.support.campaigns import outcome
             "the time was up with 0 of 5 living robots arrived: nothing had moved since t=4 s",
             "the time was up with 0 of 1 living robots arrived: r1 was driving step 8",
         ),
+        (
+            "by t=69.2 s nothing had moved for long: r1 had found no step after step 1 since t=6.5 s",
+            "by t=81.7 s nothing had moved for long: no step had been planned",
+        ),
     ],
 )
 def test_sentences_that_differ_only_in_what_does_not_matter_are_the_same_way_to_fail(

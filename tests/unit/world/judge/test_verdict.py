@@ -127,9 +127,9 @@ PROMISES = {
         verdict(ALL_WELL, disagreements=("link/r1/r2 > r2: 4 messages arrived of 3 that were sent", "more")),
         "the books disagree: link/r1/r2 > r2: 4 messages arrived of 3 that were sent (and 1 more)",
     ),
-    "the strand heals": (
-        verdict(ALL_WELL, ending=Ending.STUCK),
-        "the strand did not heal: by t=9.5 s nothing had moved for long",
+    "something moves": (
+        verdict(ALL_WELL[1:2], ending=Ending.STUCK),
+        "by t=9.5 s nothing had moved for long: no step had been planned",
     ),
     "nobody is stranded": (
         verdict([*ALL_WELL[:2], STRANDED], ending=Ending.STRANDED),
