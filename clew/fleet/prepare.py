@@ -7,7 +7,6 @@ Rule 2: the run's folder is made last.
 import asyncio
 import os
 import secrets
-import socket
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -27,7 +26,6 @@ from protocol.faults.process_commands import PIPE
 from protocol.faults.rules import ROUTER, ProcessRule
 from protocol.files.writing import make_folder as make_private
 from protocol.keys import WORLD
-from protocol.network.interlink import PROTOCOL
 from protocol.network.session import (
     INPUTS,
     Crew,
@@ -118,12 +116,6 @@ def probe(session: Session) -> None:
     asyncio.run(look())
 
 
-def free_endpoint() -> str:
-    """A loopback port that is free now, for the connection between two routers."""
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        return f"{PROTOCOL}/127.0.0.1:{server.getsockname()[1]}"
-
-
 def _endpoints(request: Request, private: Path) -> list[str]:
     """The endpoints of the routers."""
     asked = request.connect or request.listen
@@ -170,7 +162,6 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
         crews,
         run=run_name(now, token),
         endpoints=_endpoints(request, private),
-        interlink=free_endpoint() if request.routers > 1 else None,
         passwords=request.connect is None,
     )
     if request.connect is not None:

@@ -20,10 +20,11 @@ from protocol.files.opening import read_bytes
 from protocol.frames import ROBOTS_MAX
 from protocol.keys import WORLD, Keys, robot_name
 from protocol.network.access import user_name
-from protocol.network.interlink import ROUTER
+from protocol.network.interlink import ID_BITS, ROUTER
 
 Chunk = Annotated[str, Meta(pattern=r"\A[A-Za-z0-9_.-]{1,64}\Z")]  # one chunk of a key, no wildcard
 ENDPOINT = r"\A[a-z-]+/\S+\Z"  # Zenoh's: a protocol and an address
+ROUTER_ID = r"\A[1-9a-f][0-9a-f]{0,31}\Z"  # Zenoh refuses one that begins with 0
 Endpoint = Annotated[str, Meta(pattern=ENDPOINT, max_length=300)]
 
 T = TypeVar("T")
@@ -69,8 +70,8 @@ class RouterSession(Struct, frozen=True, kw_only=True):
     """How many robots each fleet has."""
     endpoints: Annotated[tuple[Endpoint, ...], Meta(min_length=1, max_length=ROUTERS_MAX)]
     """The endpoint of each router, in order."""
-    interlink: Endpoint | None = None
-    """The endpoint of the first router for the second; None if there is only one router."""
+    first: Annotated[str, Meta(pattern=ROUTER_ID)] | None = None
+    """The Zenoh id of the first router; None if there is only one router."""
     password: str | None = None
     """The password of the second router at the first."""
 
@@ -110,14 +111,13 @@ def write_sessions(
     run: str,
     robots: int,
     endpoints: Sequence[str],
-    interlink: str | None = None,
     passwords: bool = True,
     inputs: Path | None = None,
     inputs_bytes_max: int = INPUTS_BYTES_MAX,
 ) -> None:
     """Write the sessions of a run with one fleet, as `write_all_sessions`."""
     crew = Crew(fleet=fleet, robots=robots, sessions=folder, inputs=inputs, inputs_bytes_max=inputs_bytes_max)
-    write_all_sessions(folder, [crew], run=run, endpoints=endpoints, interlink=interlink, passwords=passwords)
+    write_all_sessions(folder, [crew], run=run, endpoints=endpoints, passwords=passwords)
 
 
 def write_all_sessions(
@@ -126,7 +126,6 @@ def write_all_sessions(
     *,
     run: str,
     endpoints: Sequence[str],
-    interlink: str | None = None,
     passwords: bool = True,
 ) -> None:
     """Write `world.json`, `r1.json`, ... of each fleet and, with passwords, the files of our own routers.
@@ -137,7 +136,8 @@ def write_all_sessions(
     for endpoint in endpoints:
         check_endpoint(endpoint)
     robots = {crew.fleet: crew.robots for crew in crews}
-    password = secrets.token_urlsafe(24) if passwords and interlink is not None else None
+    has_two = passwords and len(endpoints) > 1
+    password = secrets.token_urlsafe(24) if has_two else None
     lines = [] if password is None else [f"{ROUTER}:{password}\n"]
     try:
         router = msgspec.convert(
@@ -145,7 +145,7 @@ def write_all_sessions(
                 "run": run,
                 "fleets": robots,
                 "endpoints": endpoints,
-                "interlink": interlink,
+                "first": f"{secrets.randbits(ID_BITS) | 1 << (ID_BITS - 1):x}" if has_two else None,
                 "password": password,
             },
             RouterSession,

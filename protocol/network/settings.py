@@ -23,9 +23,8 @@ LEASE_MS_PER_PAIR = 0.03
 # longer than the longest pause of a process on a busy machine (`LATE_S_MAX`). With the default of 10 s, a
 # frozen router would keep us that long from the second one.
 OPEN_TIMEOUT_MS = 3000
-CONNECT_TIMEOUT_MS = 5000  # a router that was started before us listens within 1 s
-ROBOTS_PER_TRY = 150  # in 5 s, so many robots start at load 45
-REOPEN_TIMEOUT_MS = 1000  # it blocks the event loop, and a process that is asked to end has 2 s
+CONNECT_S = 5.0  # a router that was started before us listens within 1 s
+ROBOTS_PER_CONNECT = 150  # in 5 s, so many robots start at load 45
 ASK_TIMEOUT_MS = 1000
 # When a strand forms, all robots ask for a scan at once, and the world takes 4 ms for each. An answer that
 # comes too late is asked for again: with too short a time, a large fleet would ask for ever.
@@ -46,18 +45,22 @@ def ask_timeout_ms(robots: int) -> int:
     return max(ASK_TIMEOUT_MS, ASK_TIMEOUT_MS_PER_ROBOT * robots)
 
 
-def first_tries(robots: int) -> int:
-    """How often a process of a fleet of so many robots tries to get its first session."""
-    return 1 + robots // ROBOTS_PER_TRY
+def connect_s(robots: int) -> float:
+    """For how long a process of a fleet of so many robots tries to get its first session [wall s]."""
+    return CONNECT_S * (1 + robots // ROBOTS_PER_CONNECT)
 
 
-def client_settings(session: Session, connect_timeout_ms: int = CONNECT_TIMEOUT_MS) -> Json:
-    """For a robot or the world: one link to a router; once established, it is retried for ever."""
+def client_settings(session: Session) -> Json:
+    """For a robot or the world: one link to a router; once established, it is retried for ever.
+
+    At first each router is tried once. With a time-out Zenoh tries the first one again and again until that
+    has passed, and never the second.
+    """
     settings = _common(session.robots) | {
         "mode": "client",
         "connect": {
             "endpoints": list(session.endpoints),
-            "timeout_ms": connect_timeout_ms,
+            "timeout_ms": 0,
             "retry": RETRY,
         },
         "listen": {"endpoints": []},
@@ -71,20 +74,20 @@ def client_settings(session: Session, connect_timeout_ms: int = CONNECT_TIMEOUT_
 def router_settings(session: RouterSession, folder: Path, number: int = 1) -> Json:
     """For the first or the second router: users from the folder's file, access by the rules."""
     asks = number > 1  # `protocol.network.interlink`
-    access, between = access_rules(session.fleet_keys), session.interlink
-    if between is not None:
-        access = with_other_router(access, session.fleet_keys, asks=asks)
-    listens_for = [] if asks or between is None else [between]
+    access, first = access_rules(session.fleet_keys), session.first
+    if first is not None:
+        access = with_other_router(access, session.fleet_keys, first, asks=asks)
     settings = _common(session.robots) | {
         "mode": "router",
-        "listen": {"endpoints": [session.endpoints[number - 1], *listens_for], "exit_on_failure": True},
+        "listen": {"endpoints": [session.endpoints[number - 1]], "exit_on_failure": True},
         "connect": {
-            "endpoints": [between] if asks else [],
-            "timeout_ms": 0,  # a router serves alone while the other is away
+            "endpoints": [session.endpoints[0]] if asks else [],
+            "timeout_ms": -1,  # for ever; a router serves alone while the other is away
             "exit_on_failure": False,
             "retry": RETRY,
         },
         "access_control": access,
+        **({"id": first} if first is not None and not asks else {}),
     }
     user = {"user": ROUTER, "password": session.password} if asks else {}
     settings["transport"]["auth"] = {"usrpwd": {"dictionary_file": str(folder / USERS_FILE), **user}}

@@ -25,6 +25,7 @@ import contextlib
 import json
 import logging
 import math
+import time
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -38,13 +39,7 @@ from protocol.network.bounded import INBOX_BYTES_MAX, INBOX_CAPACITY
 from protocol.network.deafness import Deafness
 from protocol.network.inbox import Inbox, alarm
 from protocol.network.session import Session
-from protocol.network.settings import (
-    CONNECT_TIMEOUT_MS,
-    REOPEN_TIMEOUT_MS,
-    ask_timeout_ms,
-    client_settings,
-    first_tries,
-)
+from protocol.network.settings import ask_timeout_ms, client_settings, connect_s
 from protocol.network.traffic import Traffic
 from protocol.network.transport import Appeared, Arrival, Asked, Heard, Listed, Refused, Vanished
 from protocol.wire.codec import decode, encode
@@ -56,6 +51,7 @@ KEY_LENGTH_MAX = 200  # our keys have less than 160 characters; the timeline acc
 LIST_TIMEOUT_S = 10.0  # for a router with much to do: some thousand tokens are told in a second
 DROP, REMOTE = zenoh.CongestionControl.DROP, zenoh.Locality.REMOTE  # rules 3 and 4
 OFTEN = 3  # puts on one key: orders and link states; what is told of a view ends before
+RETRY_S = 0.1  # wall: a try that no router answers is cheap
 PULSE_S = 0.2  # wall: 1/5 of the silence after which a robot without a token is dead
 
 
@@ -104,7 +100,9 @@ class ZenohTransport:
         self._unlisted: set[str] = set()
         self._opened = contextlib.ExitStack()
         """Ends the token, then the session."""
-        self._session = self._opened.enter_context(_first(declared.session))
+        self._session = self._opened.enter_context(
+            _connected(declared.session, connect_s(declared.session.robots))
+        )
         self._publishers: dict[str, zenoh.Publisher] = {}
         """Of the keys that are sent on often (rule 8)."""
         self._often = math.inf if declared.session.name == WORLD else OFTEN
@@ -217,7 +215,7 @@ class ZenohTransport:
     def _reopen(self) -> list[Vanished]:
         """Rule 6; returns the tokens that the old session saw: the new one tells those that are shown."""
         try:
-            fresh = _connected(self._declared.session, REOPEN_TIMEOUT_MS)
+            fresh = _connected(self._declared.session, 0.0)  # it blocks the event loop
         except UsageError:
             return []  # there is no router, or it has no time for us: try again later
         self.close()
@@ -322,23 +320,19 @@ def _panic_is_loss() -> Iterator[None]:
         raise SessionLostError(f"Zenoh has panicked, and the session is lost: {error}") from error
 
 
-def _first(session: Session) -> zenoh.Session:
-    """A session, by several tries in a large fleet: one that is half open is refused any other link."""
-    for _ in range(first_tries(session.robots) - 1):
-        with contextlib.suppress(UsageError):
-            return _connected(session, CONNECT_TIMEOUT_MS)
-    return _connected(session, CONNECT_TIMEOUT_MS)
-
-
-def _connected(session: Session, timeout_ms: int) -> zenoh.Session:
-    config = zenoh.Config.from_json5(json.dumps(client_settings(session, timeout_ms)))
-    try:
-        return zenoh.open(config)
-    except zenoh.ZError as error:
-        raise UsageError(
-            f"no router answers at {' or '.join(session.endpoints)}, "
-            f"or it refuses the password of {session.name}"
-        ) from error
+def _connected(session: Session, patience_s: float) -> zenoh.Session:
+    """A session; each try is a new one, since one that is half open is refused any other link."""
+    until_s = time.monotonic() + patience_s
+    while True:
+        try:
+            return zenoh.open(zenoh.Config.from_json5(json.dumps(client_settings(session))))
+        except zenoh.ZError as error:
+            if time.monotonic() >= until_s:
+                raise UsageError(
+                    f"no router answers at {' or '.join(session.endpoints)}, "
+                    f"or it refuses the password of {session.name}"
+                ) from error
+        time.sleep(RETRY_S)
 
 
 def _check_key(key: str) -> None:

@@ -1,25 +1,12 @@
 """Router failures: the other router takes over, or a new one replaces the dead one. The run continues."""
 
-import asyncio
 import json
 import os
 import signal
-from collections.abc import Iterator
-from contextlib import ExitStack
-from itertools import count
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
-import pytest
-
-from clew.fleet.prepare import free_endpoint
-from protocol.network.session import unix_socket_endpoint, write_sessions
-from protocol.network.transport import Heard
 from protocol.timeline import RouterFound, RouterLost
-from tests.support.deadline import DEADLINE_S
 from tests.support.processes.fleets import Fleet, clew, wait_until
-from tests.support.processes.wire import KEYS, arrivals_until, drive, python, robot_transport, world_transport
 from world.routing import Routing
 
 
@@ -66,53 +53,6 @@ def test_a_killed_router_is_restarted_and_the_run_continues(fleet: Fleet) -> Non
     os.kill(fleet.process("protocol"), signal.SIGKILL)
     end_well(fleet)
     assert "router.found" in {entry["kind"] for entry in fleet.entries()}
-
-
-@pytest.fixture
-def two() -> Iterator[Path]:
-    """The sessions of a fleet with two routers. The folder's path is short enough for Unix sockets."""
-    with TemporaryDirectory(prefix="ct.", dir="/tmp") as path:
-        folder = Path(path)
-        endpoints = [unix_socket_endpoint(folder, number) for number in (1, 2)]
-        write_sessions(
-            folder,
-            fleet=KEYS.fleet,
-            run=KEYS.run,
-            robots=3,
-            endpoints=endpoints,
-            interlink=free_endpoint(),
-        )
-        yield folder
-
-
-async def test_clients_fail_over_when_a_router_dies_and_both_routers_enforce_the_rules(two: Path) -> None:
-    with ExitStack() as stack:
-        routers = []
-        for number in ("1", "2"):
-            options = ["--sessions", str(two), "--number", number, "--lifeline"]
-            routers.append(stack.enter_context(python("-m", "protocol", *options)))
-            assert routers[-1].stdout is not None
-            assert routers[-1].stdout.readline().startswith("ready ")
-        world = stack.enter_context(world_transport(two))
-        robot = stack.enter_context(robot_transport(two, "r1"))
-        await arrivals_until(world, bool)  # its token
-        numbers = count()
-
-        async def hear(messages: int) -> None:
-            """Send until this many messages arrive. Messages sent while the router is down are lost."""
-            heard = 0
-            while heard < messages:
-                number = next(numbers)
-                robot.put(KEYS.drive("r1"), drive(number))
-                robot.put(KEYS.odometry("r1"), drive(number))  # a robot may not publish this
-                said = [each for each in await world.arrivals(0.002) if isinstance(each, Heard)]
-                assert {each.key for each in said} <= {KEYS.drive("r1")}
-                heard += len(said)
-
-        async with asyncio.timeout(DEADLINE_S):
-            await hear(100)
-            routers[0].kill()
-            await hear(100)
 
 
 def test_an_immediate_failover_is_reported_as_lost_and_found() -> None:

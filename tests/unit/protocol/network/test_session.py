@@ -152,3 +152,23 @@ def test_no_process_uses_scouting_shared_memory_or_a_second_link(folder: Path) -
         assert settings["transport"]["unicast"]["max_links"] == 1
     assert client["listen"] == {"endpoints": []}
     assert client["connect"]["endpoints"] == [ENDPOINT]
+
+
+def test_of_two_routers_the_second_connects_to_the_first_and_knows_it_by_the_id_of_this_run(
+    tmp_path: Path,
+) -> None:
+    endpoints = [unix_socket_endpoint(tmp_path, number) for number in (1, 2)]
+    known: set[str | None] = set()
+    for name in ("a", "b"):
+        folder = tmp_path / name
+        write_sessions(folder, fleet="f", run="t1", robots=1, endpoints=endpoints)
+        session = read_router_session(folder)
+        first, second = (router_settings(session, folder, number) for number in (1, 2))
+        assert (first["connect"]["endpoints"], second["connect"]["endpoints"]) == ([], endpoints[:1])
+        assert (first["id"], second.get("id")) == (session.first, None)
+        assert first["access_control"]["subjects"][-1] == {"id": "router", "usernames": ["router"]}
+        assert second["access_control"]["subjects"][-1] == {"id": "router", "zids": [session.first]}
+        assert second["transport"]["auth"]["usrpwd"]["password"] == passwords(folder)["router"]
+        known.add(session.first)
+    assert len(known) == 2
+    assert read_router_session(folder).endpoints == tuple(endpoints)
