@@ -98,7 +98,7 @@ def router_settings(session: RouterSession, folder: Path, number: int = 1) -> Js
 def _common(robots: int) -> Json:
     return {
         "scouting": {"delay": 0, "multicast": {"enabled": False}, "gossip": {"enabled": False}},
-        "timestamping": {"enabled": True, "drop_future_timestamp": True},
+        "timestamping": {"enabled": True, "drop_future_timestamp": False},
         "transport": {
             "shared_memory": {"enabled": False},
             "unicast": {"open_timeout": OPEN_TIMEOUT_MS, "accept_timeout": OPEN_TIMEOUT_MS, "max_links": 1},

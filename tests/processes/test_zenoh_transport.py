@@ -1,18 +1,24 @@
 """The transport over real Zenoh: a router in a process of its own, sessions with passwords, a Unix socket."""
 
 import asyncio
+import json
 import signal
 import time
 from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
+import zenoh
 
 from protocol.errors import UsageError
 from protocol.fence import Fence
 from protocol.network import zenoh_transport
+from protocol.network.session import read_session
+from protocol.network.settings import client_settings
 from protocol.network.transport import Appeared, Arrival, Asked, Heard, Listed, Vanished
 from protocol.network.zenoh_transport import ZenohTransport
+from protocol.wire.codec import encode
 from protocol.wire.messages import Ask, Scan
 from tests.support.deadline import DEADLINE_S
 from tests.support.processes.wire import (
@@ -218,11 +224,7 @@ async def test_a_missing_router_is_reported_to_the_user() -> None:
         pass
 
 
-async def test_a_process_of_a_large_fleet_tries_again_with_a_new_session(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(zenoh_transport, "CONNECT_TIMEOUT_MS", 50)  # a router takes longer to start
-    monkeypatch.setattr(zenoh_transport, "first_tries", lambda _: round(DEADLINE_S / 0.05))
+async def test_a_process_tries_again_with_a_new_session_while_its_router_starts() -> None:
     with (
         session_folder() as folder,
         python("-m", "protocol", "--sessions", str(folder)),
@@ -236,6 +238,19 @@ async def test_time_stamps_of_a_process_increase_strictly(folder: Path) -> None:
         stamps = [robot.timestamp().split("/") for _ in range(BURST)]
     assert [int(ticks) for ticks, _ in stamps] == sorted({int(ticks) for ticks, _ in stamps})
     assert len({source for _, source in stamps}) == 1
+
+
+async def test_a_clock_that_was_set_back_silences_nobody(folder: Path) -> None:
+    ahead = zenoh.Timestamp(datetime.now(UTC) + timedelta(hours=1), b"a")  # clocks of Zenoh never go back
+    settings, key = client_settings(read_session(folder / "r1.json")), KEYS.drive("r1")
+    config = zenoh.Config.from_json5(json.dumps(settings))
+    arrived: list[Arrival] = []
+    with world_transport(folder) as world, zenoh.open(config) as robot:
+        while not arrived:  # until the router knows what the world listens to
+            robot.put(key, encode(drive(1), 1, key), timestamp=ahead)
+            robot.put(key, encode(drive(2), 2, key))
+            arrived += await world.arrivals(RETOLD_S)
+    assert arrived[0] == Heard(key, 1, drive(1))
 
 
 async def test_what_is_watched_can_change_and_the_tokens_that_are_shown_are_listed(folder: Path) -> None:
