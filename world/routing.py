@@ -1,12 +1,16 @@
 """The world's connection to its router, and how long it was lost [wall-clock seconds]. Pure.
 
 Rule 1: if another router takes over between two looks, both `router.lost` and `router.found` are recorded.
+Rule 2: a pause of our own counts as `LOOK_S_MAX` at most: a world that was frozen has not lost its router.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from protocol.timeline import Record, RouterFound, RouterLost
+
+LOOK_S_MAX = 2.0  # a world looks every 0.1 s; on a busy machine its turns were late by up to 2 s
 
 
 @dataclass(slots=True)
@@ -15,10 +19,13 @@ class Routing:
 
     _router: str | None = None
     _seen_wall_s: float = 0.0
+    _looked_wall_s: float = math.inf
     _lost: bool = False
 
     def look(self, router: str | None, *, wall_s: float) -> Iterator[Record]:
         """Note the connected router; yields the entries to record."""
+        self._seen_wall_s += max(wall_s - self._looked_wall_s - LOOK_S_MAX, 0.0)  # rule 2
+        self._looked_wall_s = wall_s
         if self._router is not None and router != self._router and not self._lost:
             self._lost = True
             yield RouterLost()

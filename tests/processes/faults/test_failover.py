@@ -7,7 +7,7 @@ from typing import Any
 
 from protocol.timeline import RouterFound, RouterLost
 from tests.support.processes.fleets import Fleet, clew, wait_until
-from world.routing import Routing
+from world.routing import LOOK_S_MAX, Routing
 
 
 def pid_of(fleet: Fleet, name: str) -> int:
@@ -66,3 +66,12 @@ def test_a_router_that_stays_down_is_reported_lost_once() -> None:
     said = [list(routing.look(router, wall_s=at)) for at, router in enumerate(["a", None, None, "a"])]
     assert said == [[], [RouterLost()], [], [RouterFound(away_s=3.0)]]
     assert routing.away_s(9.0) == 0.0
+
+
+def test_while_the_world_is_frozen_no_router_stays_away() -> None:
+    routing = Routing()
+    assert list(routing.look("a", wall_s=5.0)) == []
+    assert list(routing.look(None, wall_s=105.0)) == [RouterLost()]
+    assert routing.away_s(105.0) == LOOK_S_MAX
+    assert list(routing.look(None, wall_s=106.0)) == []
+    assert routing.away_s(106.0) == LOOK_S_MAX + 1.0

@@ -166,17 +166,30 @@ def test_a_restarted_robot_has_died_is_alive_and_has_not_arrived() -> None:
     assert stage.handle(TokenCame(1, "c")) == [RobotRestarted(robot=1, incarnation="c")]
 
 
+def look_without_router(stage: Stage, wall_s: float) -> None:
+    for _ in range(10):
+        stage.wall_s += wall_s / 10.0
+        stage.world.look(wall_s=stage.wall_s, router=None)
+
+
+def test_a_world_that_was_frozen_has_not_lost_its_router() -> None:
+    stage = running()
+    stage.look()
+    stage.wall_s += 2.0 * ROUTER_PATIENCE_WALL_S
+    stage.world.look(wall_s=stage.wall_s, router=None)
+    stage.look(after_wall_s=0.1)
+    assert stage.at()[2] is None
+
+
 def test_without_a_router_no_robot_is_declared_dead_and_the_run_waits_for_a_time() -> None:
     stage = running()
     stage.look()
     for robot, incarnation in ((1, "a"), (2, "a")):
         stage.handle(TokenWent(robot, incarnation))
-    stage.wall_s += ROUTER_PATIENCE_WALL_S - 0.1
-    stage.world.look(wall_s=stage.wall_s, router=None)
+    look_without_router(stage, ROUTER_PATIENCE_WALL_S - 0.1)
     stage.look(after_wall_s=0.1)
     assert stage.at()[2] is None
-    stage.wall_s += ROUTER_PATIENCE_WALL_S
-    stage.world.look(wall_s=stage.wall_s, router=None)
+    look_without_router(stage, ROUTER_PATIENCE_WALL_S)
     assert stage.at()[2] is Ending.CUT_OFF
     assert stage.world.tally.died == set()
 
