@@ -6,6 +6,8 @@ from pathlib import Path
 
 FRAMES_MAX = 8  # the last calls: enough to find the place
 REASON_LENGTH_MAX = 2000  # the limit for texts in the timeline
+UNREADABLE = (ValueError, RecursionError)
+"""What any decoder raises for bytes: for wrong fields and for what is no UTF-8, and for deep nesting."""
 
 
 class ClewError(Exception):

@@ -2,11 +2,14 @@
 
 Rule 1 (safety): what fails while a request is served ends the world, as it does anywhere else. asyncio would
         only log it: a fence that could not be recorded would be told all the same (F3 of docs/strand.md).
+Rule 2: of a client that has given up, only a stop is obeyed. A world that was frozen reads what came
+        meanwhile: a fleet must not be released, or struck, after its operator was told of a failure.
 """
 
 import asyncio
 import contextlib
 import os
+import select
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +17,7 @@ from typing import Protocol, assert_never
 
 import msgspec
 
-from protocol.errors import UsageError
+from protocol.errors import UNREADABLE, UsageError
 from protocol.faults.manual_faults import (
     ANSWER_S_MAX,
     LINE_BYTES_MAX,
@@ -97,7 +100,7 @@ async def heard(private: Path, folder: Path, serves: Serves) -> AsyncIterator[No
 
 
 async def _serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, serves: Serves) -> None:
-    answer = await _answer(reader, serves)
+    answer = await _answer(reader, writer, serves)
     with contextlib.suppress(OSError):  # the client may have ended
         writer.write(msgspec.json.encode(answer) + b"\n")
         await writer.drain()
@@ -105,16 +108,25 @@ async def _serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, ser
         await writer.wait_closed()
 
 
-async def _answer(reader: asyncio.StreamReader, serves: Serves) -> Answer:
+async def _answer(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, serves: Serves) -> Answer:
     try:
         async with asyncio.timeout(ANSWER_S_MAX):
             said = msgspec.json.decode(await reader.readline(), type=Request)
-    except (OSError, ValueError) as error:  # a timeout is the first, msgspec's are the second
+    except (OSError, *UNREADABLE) as error:  # a timeout is the first
         return Answer(error=str(error))
+    if said != HaltRequest(stop=True) and _has_left(writer):
+        return Answer(error="nobody waits for the answer any more")
     try:
         return Answer(name=_done(said, serves))
     except UsageError as error:
         return Answer(error=str(error))
+
+
+def _has_left(writer: asyncio.StreamWriter) -> bool:
+    """Whether the client has closed its socket (rule 2)."""
+    closed = select.poll()
+    closed.register(writer.get_extra_info("socket"), 0)  # that the other end is closed is told unasked
+    return bool(closed.poll(0))
 
 
 def _done(said: Request, serves: Serves) -> str:

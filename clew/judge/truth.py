@@ -127,7 +127,7 @@ def _entries(lines: Iterable[bytes]) -> Iterator[dict[str, Any]]:
         if counts and line.endswith(b"\n"):  # else it is the last, and torn
             try:
                 entry = json.loads(line)
-            except ValueError as error:
+            except (ValueError, RecursionError) as error:
                 raise UnreadableError(f"line {number} cannot be read: {error}") from error
             if number == 1 and not (isinstance(entry, dict) and "scenario" in entry):
                 raise UnreadableError("the first line is no header of a run")

@@ -12,7 +12,8 @@ from typing import get_args
 import msgspec
 
 from clew.log.completeness import Completeness, Told
-from clew.log.header import UNREADABLE, Stamped, other
+from clew.log.header import Stamped, other
+from protocol.errors import UNREADABLE
 from protocol.faults.manual_faults import is_running
 from protocol.timeline import Record, RunEnded
 from world.record.lines import Line

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from clew.log.flaws import Findings
-from clew.log.header import UNREADABLE, header_or_rest, is_entry
+from clew.log.header import header_or_rest, is_entry
 from clew.log.log import LINE_BYTES_MAX
 from clew.log.vigil import Vigil
-from protocol.errors import UsageError
+from protocol.errors import UNREADABLE, UsageError
 from protocol.files.opening import open_regular
 from world.judge.verdict import VERDICT_FILE
 from world.record.lines import Line, read_line, read_lines

@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from protocol.errors import UsageError
+from protocol.errors import UNREADABLE, UsageError
 from protocol.frames import ROBOTS_MAX
 from protocol.plain import plain
 from protocol.run_settings import read_plan, read_settings
@@ -19,8 +19,6 @@ from world.record.lines import Stamp
 from world.record.recorder import SCHEMA, Header
 from world.record.run_files import as_header, read_scenario
 
-UNREADABLE = (msgspec.MsgspecError, ValueError, RecursionError)
-"""What decoding raises: for a wrong field, for bytes that are no UTF-8, for deep nesting."""
 HEADER_KIND = Header.__struct_config__.tag
 UNKNOWN = Header(
     run="unknown",

@@ -15,8 +15,8 @@ from typing import Any
 import msgspec
 
 from clew.log.flaws import Findings
-from clew.log.header import UNREADABLE, header_of, is_entry
-from protocol.errors import UsageError
+from clew.log.header import header_of, is_entry
+from protocol.errors import UNREADABLE, UsageError
 from protocol.files.opening import open_regular
 from world.record.lines import Line, read_line, read_lines
 from world.record.recorder import EVENTS_FILE

@@ -12,7 +12,7 @@ import msgspec
 
 from clew.log.log import Log
 from clew.page.batches import Batches
-from protocol.errors import UsageError
+from protocol.errors import UNREADABLE, UsageError
 from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
@@ -73,5 +73,5 @@ def verdict_of(run: Path) -> tuple[dict[str, Any] | None, str | None]:
         return msgspec.json.decode(read_bytes(path, MADE_BYTES_MAX), type=dict[str, Any]), None
     except FileNotFoundError:
         return None, f"there is no {VERDICT_FILE}"
-    except (OSError, msgspec.MsgspecError, ValueError, RecursionError) as error:
+    except (OSError, *UNREADABLE) as error:
         return None, f"{VERDICT_FILE} cannot be read: {error}"

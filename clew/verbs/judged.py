@@ -11,7 +11,7 @@ from typing import Any
 from clew.judge.agree import differences, disagreements
 from clew.judge.poses import Finding, Least, judge, judge_between
 from clew.judge.truth import Truth, UnreadableError, read
-from protocol.errors import UsageError
+from protocol.errors import UNREADABLE, UsageError
 from protocol.files.opening import MADE_BYTES_MAX, open_regular, read_bytes
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
@@ -79,5 +79,5 @@ def _content(path: Path) -> Any:  # noqa: ANN401 - what it should be is for its 
     try:
         text = read_bytes(path, MADE_BYTES_MAX).decode()
         return tomllib.loads(text) if path.suffix == ".toml" else json.loads(text)
-    except ValueError as error:
+    except UNREADABLE as error:
         raise UsageError(f"{path}: {error}") from error

@@ -14,7 +14,7 @@ from typing import Any
 import msgpack
 import msgspec
 
-from protocol.errors import MessageRefusedError
+from protocol.errors import UNREADABLE, MessageRefusedError
 from protocol.frames import Count
 from protocol.wire.messages import Message
 
@@ -75,7 +75,7 @@ def decode(payload: bytes, key: str = "") -> tuple[int, Message]:
                 f"schema version {raw.get('v')!r}, not {SCHEMA_VERSION}"[:REASON_LENGTH_MAX]
             )
         envelope = msgspec.convert(raw, _Envelope)
-    except (ValueError, RecursionError) as error:  # msgpack's and msgspec's are ValueErrors
+    except UNREADABLE as error:
         raise MessageRefusedError(f"{error}"[:REASON_LENGTH_MAX] or type(error).__name__) from error
     return envelope.n, envelope.m
 

@@ -13,8 +13,7 @@ from collections.abc import Iterator, Mapping
 from io import FileIO
 from pathlib import Path
 
-import msgspec
-
+from protocol.errors import UNREADABLE
 from protocol.files.opening import open_regular
 from world.record.lines import Line, read_line
 from world.record.recorder import EVENTS_FILE, RecordingFailedError
@@ -83,7 +82,7 @@ class Readback:
         for text in whole:
             try:
                 source, entry = read_line(text)
-            except (msgspec.MsgspecError, ValueError):
+            except UNREADABLE:
                 continue  # its number is missing
             self._count(source, entry.n)
             yield source, entry

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import msgspec
 
-from protocol.errors import UsageError
+from protocol.errors import UNREADABLE, UsageError
 from protocol.fence import NUMBERS, Epoch, Fence
 from protocol.files.opening import open_regular
 from protocol.files.writing import open_private
@@ -203,7 +203,7 @@ def read_past(folder: Path, *others: Hear) -> Past | None:
         path.unlink()
     except OSError as error:
         raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
-    except (msgspec.MsgspecError, ValueError) as error:
+    except UNREADABLE as error:
         raise UsageError(f"{path}: no run can go on from it: {error}") from error
     return None
 

@@ -56,8 +56,9 @@ def test_only_the_last_line_may_be_torn() -> None:
     lines = written(poses(1, (0.0, 1.0, 0.0)), scenario())
     torn = b'{"kind":"pose.sampled","sour'
     assert len(read(BytesIO(b"".join([*lines, torn]))).robots[1].track) == 1
-    with pytest.raises(UnreadableError, match="line 3 cannot be read"):
-        read(BytesIO(b"".join([*lines, torn, *lines[1:]])))
+    for damaged in (torn, torn + b'":' + b"[" * 99_999 + b"\n"):
+        with pytest.raises(UnreadableError, match="line 3 cannot be read"):
+            read(BytesIO(b"".join([*lines, damaged, *lines[1:]])))
 
 
 @pytest.mark.parametrize("lines", [[], [b"{}\n"], [b"[]\n"], [b"not a run\n"], [b"\xff\n"], [b"{}"]])

@@ -1,24 +1,10 @@
-"""The faults that the world injects, by a plan and by hand; and requests for manual faults."""
+"""The faults that the world injects, by a plan and by hand."""
 
-import asyncio
 import pickle
-import socket
-from pathlib import Path
 
 import pytest
 
 from protocol.errors import UsageError
-from protocol.faults.manual_faults import (
-    AGAIN_EVERY_S,
-    SOCKET,
-    WHERE_FILE,
-    EndRequest,
-    FaultRequest,
-    GoRequest,
-    HaltRequest,
-    Request,
-    request_fault,
-)
 from protocol.faults.plan import Plan
 from protocol.faults.process_faults import ProcessAction, ProcessFault
 from protocol.faults.rules import Drop, Freeze, Kill, Partition, Restart, Rule, Slow, StepPoint, Thaw
@@ -32,11 +18,8 @@ from protocol.timeline import (
     WorldResumed,
 )
 from protocol.wire.codec import decode, encode
-from tests.support.deadline import DEADLINE_S
 from tests.support.strands import formed
-from world.control import Serves, heard
 from world.faults import GIVEN_MAX, TELL_S, RunFaults
-from world.record.recorder import RecordingFailedError
 
 FORMED = formed(10_002, 2, 1, 3)
 
@@ -216,14 +199,6 @@ def test_a_robot_gets_its_delay_and_the_end_of_it() -> None:
     assert faults.of("r3").slow_s == 0.0
 
 
-def no_halt(*, stop: bool) -> str:
-    raise UsageError(f"a test without a fence was asked: stop={stop}")
-
-
-def nothing_to_end(name: str) -> None:
-    raise UsageError(f"no rule {name} for messages is active")
-
-
 def test_a_manual_rule_for_messages_is_ended_by_its_name_and_only_once() -> None:
     faults = without_plan()
     cut, lost = (faults.add(rule, now_s=5.0, for_s=None) for rule in (Partition(group=("r1",)), Drop()))
@@ -242,103 +217,6 @@ def test_a_manual_rule_says_what_it_is_in_a_plan() -> None:
     assert kill == Kill(name="given-1.r2", target="r2", from_s=5.0)
     assert after == Kill(name="given-1.r1", target="r1", from_s=5.0)
     assert faults.due(5.0) == []
-
-
-def given_1(_rule: Rule, _for_s: float | None) -> str:
-    return "given-1"
-
-
-def no_go(for_s: float) -> str:
-    raise AssertionError(f"asked to go on for {for_s}")
-
-
-async def ask(run: Path, request: Request) -> str:
-    return await asyncio.to_thread(request_fault, run, request)
-
-
-async def test_a_fault_request_is_answered_with_the_rules_name_or_the_reason_of_refusal(
-    tmp_path: Path,
-) -> None:
-    asked: list[tuple[Rule, float | None]] = []
-    ended: list[str] = []
-
-    def add(rule: Rule, for_s: float | None) -> str:
-        asked.append((rule, for_s))
-        if isinstance(rule, Kill):
-            raise UsageError("not him")
-        return "given-7"
-
-    async with heard(tmp_path, tmp_path, Serves(add, ended.append, no_halt, no_go)):
-        assert await ask(tmp_path, FaultRequest(rule=Drop(probability=0.5), for_s=5.0)) == "given-7"
-        with pytest.raises(UsageError, match="not him"):
-            await ask(tmp_path, FaultRequest(rule=Kill(target="r3")))
-        assert await ask(tmp_path, EndRequest(name="given-7")) == "given-7"
-    assert asked == [(Drop(probability=0.5), 5.0), (Kill(target="r3"), None)]
-    assert ended == ["given-7"]
-    with pytest.raises(UsageError, match="no run goes on there"):
-        await ask(tmp_path, FaultRequest(rule=Drop()))
-    with pytest.raises(UsageError, match=r"no run in .*nowhere: there is no such folder"):
-        await ask(tmp_path / "nowhere", FaultRequest(rule=Drop()))
-
-
-async def test_the_operators_stop_and_release_are_answered_with_the_fence_or_the_reason_of_refusal(
-    tmp_path: Path,
-) -> None:
-    def halt(*, stop: bool) -> str:
-        if stop:
-            return "30000"
-        raise UsageError("it does not stand")
-
-    async with heard(tmp_path, tmp_path, Serves(given_1, nothing_to_end, halt, no_go)):
-        assert await ask(tmp_path, HaltRequest(stop=True)) == "30000"
-        with pytest.raises(UsageError, match="it does not stand"):
-            await ask(tmp_path, HaltRequest(stop=False))
-
-
-async def test_a_stop_waits_for_a_world_that_was_killed_and_is_started_again(tmp_path: Path) -> None:
-    with socket.socket(socket.AF_UNIX) as killed:
-        killed.bind(str(tmp_path / SOCKET))
-    (tmp_path / WHERE_FILE).write_text(str(tmp_path / SOCKET))
-    asking = asyncio.create_task(ask(tmp_path, HaltRequest(stop=True)))
-    assert await asyncio.wait([asking], timeout=3.0 * AGAIN_EVERY_S) == (set(), {asking})
-    async with heard(tmp_path, tmp_path, Serves(given_1, nothing_to_end, lambda *, stop: f"{stop}", no_go)):
-        assert await asking == "True"
-
-
-async def test_what_fails_while_a_request_is_served_ends_the_world(tmp_path: Path) -> None:
-    def halt(*, stop: bool) -> str:
-        raise RecordingFailedError(f"cannot record a fence, stop={stop}")
-
-    async def world() -> None:
-        async with heard(tmp_path, tmp_path, Serves(given_1, nothing_to_end, halt, no_go)):
-            with pytest.raises(UsageError, match="its world has ended"):
-                await ask(tmp_path, HaltRequest(stop=True))
-            await asyncio.sleep(DEADLINE_S)
-
-    with pytest.raises(RecordingFailedError, match="stop=True"):
-        await world()
-
-
-async def test_a_held_run_is_asked_to_go_on_and_answers_with_its_time(tmp_path: Path) -> None:
-    async with heard(
-        tmp_path, tmp_path, Serves(given_1, nothing_to_end, no_halt, lambda for_s: f"{1.0 + for_s}")
-    ):
-        assert await ask(tmp_path, GoRequest(for_s=0.5)) == "1.5"
-
-
-async def test_a_fault_request_to_a_killed_world_reports_the_end_of_the_run(tmp_path: Path) -> None:
-    (tmp_path / WHERE_FILE).write_text(str(tmp_path / "gone.sock"))
-    with pytest.raises(UsageError, match="run"):
-        await ask(tmp_path, FaultRequest(rule=Drop()))
-
-
-async def test_an_invalid_request_is_refused_and_the_next_one_is_served(tmp_path: Path) -> None:
-    async with heard(tmp_path, tmp_path, Serves(given_1, nothing_to_end, no_halt, no_go)):
-        reader, writer = await asyncio.open_unix_connection((tmp_path / WHERE_FILE).read_text())
-        writer.write(b"garbage\n")
-        assert b'"error":"' in await reader.readline()
-        writer.close()
-        assert await ask(tmp_path, FaultRequest(rule=Drop())) == "given-1"
 
 
 @pytest.mark.parametrize(

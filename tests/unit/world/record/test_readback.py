@@ -77,10 +77,13 @@ def test_an_entry_that_was_counted_and_not_written_is_lost(
     assert (read_all(readback), readback.lost(recorder.written)) == ([("r1", 3)], 1)
 
 
-def test_a_damaged_line_is_lost(recorder: Recorder, readback: Readback, tmp_path: Path) -> None:
+@pytest.mark.parametrize("damage", [b'"n":#', b'"n":' + b"[" * 9999], ids=["wrong", "deep"])
+def test_a_damaged_line_is_lost(
+    recorder: Recorder, readback: Readback, tmp_path: Path, damage: bytes
+) -> None:
     recorder.take("r1", [entry(1), entry(2), entry(3)])
     path = tmp_path / "run" / EVENTS_FILE
-    path.write_bytes(path.read_bytes().replace(b'"n":2', b'"n":#'))
+    path.write_bytes(path.read_bytes().replace(b'"n":2', damage))
     assert read_all(readback) == [("r1", 1), ("r1", 3)]
     assert readback.lost(recorder.written) == 1
 

@@ -342,8 +342,12 @@ def test_a_folder_without_a_run_has_nothing_to_resume(tmp_path: Path) -> None:
     open_events(tmp_path).close()  # possible despite the incomplete header
 
 
-def test_an_invalid_timeline_is_refused(tmp_path: Path) -> None:
-    (tmp_path / EVENTS_FILE).write_bytes(b"words\n")
+DEEP = b'{"kind":"run.started","more":' + b"[" * 9999
+
+
+@pytest.mark.parametrize("text", [b"words", DEEP], ids=["words", "deep"])
+def test_an_invalid_timeline_is_refused(tmp_path: Path, text: bytes) -> None:
+    (tmp_path / EVENTS_FILE).write_bytes(text + b"\n")
     with pytest.raises(UsageError, match="no run can go on from it"):
         read_past(tmp_path)
 
