@@ -28,7 +28,7 @@ from agents.events import (
 from agents.membership.membership import Membership
 from agents.membership.states import State
 from agents.strand.member import Member
-from protocol.fence import Fence, Life
+from protocol.fence import Fence, Life, May
 from protocol.mission import Mission
 from protocol.wire.link import Link
 from protocol.wire.messages import AheadState, BehindState, Drive, Odometry
@@ -103,6 +103,9 @@ class Robot:
         """The robots whose tokens matter to it now; None: all of them."""
         if self.phase not in (None, Phase.FORMED):
             return None
+        if self.member is None and self._driver.awake:
+            fence = self._driver.odometry.fence
+            return frozenset({fence.robot}) if fence.may is May.ALL else frozenset()  # left out: its leader's
         return frozenset(link.neighbour for link in self.links)
 
     def handle(self, event: Event, now_s: float) -> list[Command]:

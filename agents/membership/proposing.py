@@ -7,7 +7,7 @@ Rule 3: a member proposes one for what it wishes (`agents.strand.wish`), for a n
         it leads, for a robot that asks to be let in. A leader without a way on lets such a robot in first: it
         may be what stands in the way.
 Rule 4: a robot that is left out, and has no answer from the leader, proposes one as an outsider; where no
-        body moves, as any robot may.
+        body moves and the leader's token has gone, as any robot may. A strand that stands may have arrived.
 """
 
 import math
@@ -150,7 +150,8 @@ class Proposing:
         silent = self.is_silent(reporter, self._timing.outsider_s, now_s)
         if not silent or not self._suspicion.judges(now_s):
             return None
-        if odometry.stood_s >= self._timing.stood_s:
+        has_gone = self._suspicion.has_gone(self._led_by, self._leader_heard_s, now_s)
+        if has_gone and odometry.stood_s >= self._timing.stood_s:
             return Reason(Cause.COORDINATOR_LOST, "the leader does not answer, and nobody moves")
         return Reason(Cause.OUTSIDERS, "the leader does not answer", outsider=True)
 

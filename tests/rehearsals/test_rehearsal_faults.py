@@ -27,6 +27,7 @@ from protocol.faults.rules import (
     Slow,
     StepPoint,
 )
+from protocol.fence import Cause
 from protocol.keys import robot_name
 from protocol.root import ROOT
 from protocol.timeline import (
@@ -39,6 +40,7 @@ from protocol.timeline import (
     RobotStarted,
     ScanServed,
     StepPlanned,
+    ViewProposed,
 )
 from tests.support.campaigns import clew, scene
 from tests.support.deadline import DEADLINE_S
@@ -317,3 +319,23 @@ def test_a_seed_determines_a_run_with_faults_to_the_byte_for_any_hash_order(tmp_
     first, second = ((tmp_path / name / "events.jsonl").read_bytes() for name in ("1", "2"))
     assert first == second
     assert first.count(b"fault.injected") > 100
+
+
+@pytest.mark.parametrize("others_die", [False, True])
+def test_a_robot_cut_off_from_the_others_raises_over_their_strand_only_when_its_leader_is_dead(
+    tmp_path: Path, others_die: bool
+) -> None:
+    """It led alone, again and again, when the others had arrived, and then said that the route was lost."""
+    others = ("r1", "r2", "r4", "r5")
+    kills = [Kill(target=each, from_s=4.0) for each in others] if others_die else []
+    path = scene(tmp_path / "posts.json", goal=[4.0, 0.0], bounds=[0.0, -1.0, 6.0, 1.0])
+    plan = Plan(name="test", rules=(Partition(group=("r3",), others=others), *kills))
+    rehearsal = Rehearsal(load_scenario(str(path)), 1, plan)
+    for now_s in rehearsal.ticks():
+        if now_s >= 90.0:
+            break
+    rehearsal.close()
+    records = [entry.record for entry in entries_of(rehearsal, "r3")]
+    raised = {record.cause for record in records if isinstance(record, ViewProposed)}
+    assert (Cause.COORDINATOR_LOST in raised) == others_die
+    assert rehearsal.world.tally.arrived == ({3} if others_die else {1, 2, 4, 5})

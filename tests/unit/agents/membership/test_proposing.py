@@ -1,4 +1,6 @@
-"""When a bound robot gives its coordinator up."""
+"""When a bound robot gives its coordinator up, and one that is left out its leader."""
+
+import pytest
 
 from agents.body.driver import Driver
 from agents.body.senses import Senses
@@ -11,7 +13,7 @@ from agents.membership.pleas import Pleas
 from agents.membership.proposing import Proposing
 from agents.membership.reporting import Reporter
 from agents.strand.memory import Memory
-from protocol.fence import Epoch, Fence, May
+from protocol.fence import Epoch, Fence, May, Raise
 from protocol.frames import Point, Pose
 from protocol.keys import WORLD_NUMBER
 from protocol.wire.messages import Odometry, Phase
@@ -62,3 +64,37 @@ def test_a_coordinator_that_does_not_answer_is_given_up_when_nobody_moves() -> N
 
 def test_it_is_not_given_up_while_a_robot_moves_in_its_turn() -> None:
     assert raised_at_s(last_moved_s=7.0) is None
+
+
+@pytest.mark.parametrize("leader_lives", [True, False])
+def test_where_no_body_moves_one_that_is_left_out_raises_as_any_robot_only_if_the_leader_has_gone(
+    leader_lives: bool,
+) -> None:
+    """A strand that has arrived stands, too: one robot that is cut off from it must not end that."""
+    suspicion = Suspicion(TIMING)
+    suspicion.presence.come(WORLD_NUMBER, "world", 0.0)
+    suspicion.presence.come(1, "leader", 0.0)
+    proposing = Proposing(3, LIFE, TIMING, suspicion, Pleas(TIMING))
+    fence = Fence(epoch=EPOCH, turn=2, may=May.ALL, robot=1, members=2)
+    proposing.enter(fence, 0.0)
+    if not leader_lives:
+        suspicion.presence.go(1, "leader", 1.0)
+    raises = []
+    for tenth in range(10 * round(TIMING.stood_s) + 20):
+        now_s = tenth / 10.0
+        suspicion.live(now_s)
+        told = Odometry(
+            n=tenth + 1,
+            t_s=now_s,
+            pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0),
+            moving=False,
+            finished=0,
+            fence=fence,
+            stood_s=now_s,
+            phase=Phase.RUNNING,
+        )
+        commands = proposing.act(fence, told, None, None, now_s, coordinates=False)
+        puts = [each.change for each in commands if isinstance(each, Put)]
+        raises += [each.outsider for each in puts if isinstance(each, Raise)]
+    assert raises[0]
+    assert raises[-1] is leader_lives
