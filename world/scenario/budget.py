@@ -24,8 +24,8 @@ of the segment that the leader drove. Two are what a check of bodies leaves to d
 the robot's own, and one to that of a robot behind, from which the body may be hidden."""
 
 ROUNDINGS = 4.0
-"""Places along a path that count as equal though `THERE_M` apart: of two robots, each may turn so much before a
-vertex, and drive so much beyond what is granted or checked."""
+"""Places along a path that count as equal though `THERE_M` apart: of two robots, each may turn so much before
+a vertex, and drive so much beyond what is granted or checked."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
