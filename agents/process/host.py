@@ -6,7 +6,7 @@ Rule 2: when asked to end, the host asks all its robots, waits, and kills those 
 Rule 3: a robot ends soon after its host: it holds the reading end of a pipe whose writing end only the host
         has.
 Rule 4: a process fault that the world commands (`protocol.faults.process_commands`) is no failure of the
-        robot, nor of the host.
+        robot, nor of the host. A host whose last robot was killed so waits: it may be told to start it again.
 Rule 5: robots are started as `starting.py` says; each tells its host through a pipe that it is connected.
 """
 
@@ -144,6 +144,8 @@ class _Host:
         """Robots to restart as soon as their process has ended."""
         self._exit_code: int = ExitCode.OK
         self._all_ended = asyncio.Event()
+        self._last_was_killed = False
+        """Whether a fault killed the robot that ended last (rule 4)."""
         self._listening: Sequence[tuple[socket.socket, Orders]] = ()
         self._ends = False
         self._known: set[Place] = set()
@@ -181,6 +183,7 @@ class _Host:
             self._starting.end()
             self._signal_all(signal.SIGTERM)
             self._signal_all(signal.SIGCONT)
+            self._note_end()
             await asyncio.wait([ended], timeout=KILL_AFTER_S)
             self._signal_all(signal.SIGKILL)
             await ended
@@ -229,7 +232,7 @@ class _Host:
                 return
             self._starting.arrived([pid])
             place, exit_code = self._robots.pop(pid), os.waitstatus_to_exitcode(status)
-            killed = pid in self._killed and exit_code == -signal.SIGKILL
+            killed = self._last_was_killed = pid in self._killed and exit_code == -signal.SIGKILL
             # Until it handles signals, SIGTERM ends it at once.
             as_asked = self._ends and exit_code in {ExitCode.TERMINATED, -signal.SIGTERM}
             if exit_code != 0 and not (killed or as_asked):
@@ -240,7 +243,11 @@ class _Host:
                 self._restarts.discard(place)
                 self.start(place)
             self._fork()
-        self._all_ended.set()
+        self._note_end()
+
+    def _note_end(self) -> None:
+        if not self._robots and (self._ends or not self._last_was_killed):
+            self._all_ended.set()
 
     def _signal_all(self, number: signal.Signals) -> None:
         for pid in self._robots:

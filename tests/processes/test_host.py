@@ -24,6 +24,7 @@ from protocol.network.zenoh_transport import ZenohTransport
 from protocol.timeline import Record, RobotSettled, RobotStarted, TrafficCounted
 from protocol.wire.messages import LogBatch, Logged, Odometry, Phase
 from tests.support.deadline import DEADLINE_S
+from tests.support.processes.fleets import wait_until
 from tests.support.processes.wire import KEYS, python, router, session_folder, world_transport
 from tests.support.stages.one_step import MISSION
 
@@ -151,6 +152,31 @@ async def test_a_robot_that_is_killed_and_restarted_is_a_new_process() -> None:
         world.tell(0.0, Phase.CLOSING)
         await world.until_recorded(TrafficCounted)
         assert ended(process) == (0, "")
+
+
+def kill_all(world: PlayedWorld) -> None:
+    """Have all robots killed, and wait until their host has reaped them."""
+    for name in THREE:
+        world.strike(name, ProcessAction.KILL)
+    wait_until(lambda: None if any(Path(f"/proc/{world.pid(name)}").exists() for name in THREE) else True)
+
+
+async def test_a_host_all_of_whose_robots_are_killed_can_be_told_to_start_them_again() -> None:
+    async with host("1-3") as (world, process):
+        kill_all(world)
+        for name in THREE:
+            world.strike(name, ProcessAction.START)
+        await world.until(lambda: all(len(world.pids(name)) == 2 for name in THREE))
+        world.tell(0.0, Phase.CLOSING)
+        await world.until_recorded(TrafficCounted)
+        assert ended(process) == (0, "")
+
+
+async def test_a_host_all_of_whose_robots_are_killed_ends_at_once_when_it_is_asked_to() -> None:
+    async with host("1-3", "-c", PATIENT) as (world, process):
+        kill_all(world)
+        process.terminate()
+        assert ended(process) == (143, "")
 
 
 async def test_a_frozen_robot_shows_no_token_until_it_is_thawed() -> None:
