@@ -69,6 +69,7 @@ ONLY_IN = {
         "clew/verbs/bench_soak.py",
         "protocol/faults/manual_faults.py",
         "protocol/network/faulty_transport.py",
+        "protocol/network/zenoh_transport.py",
         "world/life.py",
         "world/shell.py",
     },
