@@ -32,6 +32,7 @@ from protocol.faults.manual_faults import (
 )
 from protocol.faults.rules import Rule
 from protocol.files.writing import write_whole
+from world.record.recorder import RecordingFailedError
 
 Add = Callable[[Rule, float | None], str]
 """Applies a rule for a time; returns its name, or raises `UsageError`."""
@@ -67,6 +68,9 @@ async def heard(private: Path, folder: Path, serves: Serves) -> AsyncIterator[No
     """Accept requests while the context is open; a file in the run's folder names the socket.
 
     The context raises what fails in it while a request is served (rule 1).
+
+    Raises:
+        RecordingFailedError: that file cannot be written.
     """
     where, path = folder / WHERE_FILE, private / SOCKET
     path.unlink(missing_ok=True)
@@ -88,7 +92,7 @@ async def heard(private: Path, folder: Path, serves: Serves) -> AsyncIterator[No
         return
     try:
         async with server:
-            write_whole(where, os.fsencode(path.resolve()))
+            _tell_where(where, path)
             yield
     except asyncio.CancelledError:
         if failures:
@@ -97,6 +101,13 @@ async def heard(private: Path, folder: Path, serves: Serves) -> AsyncIterator[No
     finally:
         where.unlink(missing_ok=True)
         path.unlink(missing_ok=True)
+
+
+def _tell_where(where: Path, socket: Path) -> None:
+    try:
+        write_whole(where, os.fsencode(socket.resolve()))
+    except OSError as error:
+        raise RecordingFailedError(f"cannot write {where}: {error.strerror}") from error
 
 
 async def _serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, serves: Serves) -> None:

@@ -29,7 +29,7 @@ from world.pace import GLANCE_S
 from world.record.readback import Readback
 from world.record.recorder import EVENTS_FILE, Header, Recorder, RecordingFailedError, Written, open_events
 from world.record.resume import continue_events, read_past
-from world.record.run_files import BEGUN_FILE, check_unchanged, header_of, save_verdict
+from world.record.run_files import BEGUN_FILE, check_unchanged, header_of, mark_begun, save_verdict
 
 log = logging.getLogger("world")
 
@@ -80,7 +80,7 @@ async def _opened(request: Request) -> AsyncIterator[Life]:
     ):
         header = _header(request, transport) if past is None else past.header
         recorder = Recorder(file, header if past is None else None, written)
-        begun.touch()
+        mark_begun(request.private)
         with contextlib.closing(Readback(request.out, file)) as readback:
             life = Life(request, transport, recorder, readback, header.started_at, faults=faults, past=past)
             serves = Serves(life.add_fault, life.end_fault, life.halt, life.go)

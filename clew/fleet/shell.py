@@ -159,7 +159,7 @@ class _Shell:
             case Say(text):
                 self._output.say(text)
             case Activate(part):
-                self.processes.activate(part)
+                self._activate(part)
             case MendTerminal():
                 self._output.mend_terminal()
             case Publish():
@@ -178,6 +178,12 @@ class _Shell:
             self._output.say(f"{name_of(part)} cannot be started: {error.strerror}")
             self.tell(Ended(part, ExitCode.FAILED))
             self.tell(Gone(part))
+
+    def _activate(self, part: str) -> None:
+        try:
+            self.processes.activate(part)
+        except OSError as error:  # only who looks the process up misses it
+            self._output.say(f"nobody is told that {name_of(part)} carries the fleet: {error.strerror}")
 
     def _publish(self) -> None:
         if self._run.latest is not None:

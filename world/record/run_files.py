@@ -112,6 +112,19 @@ def as_header(plan: Plan) -> dict[str, Any] | None:
     return msgspec.to_builtins(plan) if plan.rules else None
 
 
+def mark_begun(private: Path) -> None:
+    """Note in the private folder that the run has a timeline.
+
+    Raises:
+        RecordingFailedError: it cannot be written.
+    """
+    path = private / BEGUN_FILE
+    try:
+        path.touch()
+    except OSError as error:
+        raise RecordingFailedError(f"cannot write {path}: {error.strerror}") from error
+
+
 def save_verdict(verdict: Verdict | TogetherVerdict, folder: Path) -> None:
     """Write `verdict.json` into the run's folder.
 

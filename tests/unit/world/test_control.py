@@ -154,3 +154,10 @@ async def test_an_invalid_request_is_refused_and_the_next_one_is_served(tmp_path
         assert b'"error":"' in await reader.readline()
         writer.close()
         assert await ask(tmp_path, FaultRequest(rule=Drop())) == "given-1"
+
+
+async def test_a_folder_that_takes_no_file_ends_the_run_in_one_line(tmp_path: Path) -> None:
+    serves = Serves(given_1, nothing_to_end, no_halt, no_go)
+    with pytest.raises(RecordingFailedError, match=r"cannot write .*: No such file"):
+        async with heard(tmp_path, tmp_path / "full", serves):
+            pass

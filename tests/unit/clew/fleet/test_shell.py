@@ -117,6 +117,15 @@ def test_run_ends_with_its_world_and_leaves_nothing(toys: Toys) -> None:
     wait_for_the_end_of(toys.noted("router"))
 
 
+def test_a_run_goes_on_if_nobody_can_be_told_which_router_carries_it(
+    toys: Toys, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (toys.private / "router.pid").mkdir()  # as on a full disk, it cannot be written
+    toys.be(WORLD, "sys.exit(7)")
+    assert toys.run() == 7
+    assert "nobody is told that router 1 carries the fleet: Is a directory" in capfd.readouterr().err
+
+
 def test_where_manual_faults_are_taken_does_not_outlive_a_world_that_was_killed(toys: Toys) -> None:
     toys.be(WORLD, f"(private / 'run' / '{WHERE_FILE}').write_text('socket'); os.kill(os.getpid(), 9)")
     toys.run()

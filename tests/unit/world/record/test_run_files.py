@@ -12,8 +12,8 @@ from protocol.faults.plan import NO_FAULTS, PLANS, Plan
 from protocol.faults.plan import load as load_plan
 from protocol.faults.plan_text import FAULTS_FILE
 from protocol.run_settings import SCENARIO_FILE, Settings, read_plan, read_settings
-from world.record.recorder import Header
-from world.record.run_files import check_unchanged, header_of, prepare_folder, read_scenario
+from world.record.recorder import Header, RecordingFailedError
+from world.record.run_files import check_unchanged, header_of, mark_begun, prepare_folder, read_scenario
 from world.scenario.reading import SCENARIOS
 from world.scenario.scenario import Scenario, load
 
@@ -66,3 +66,8 @@ def test_a_run_is_resumed_only_with_unchanged_files(tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_written_is_refused_in_one_line(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"cannot write into .*: No such file or directory"):
         prepare_folder(tmp_path / "gone", load("grove"), NO_FAULTS, Settings(seed=1))
+
+
+def test_a_private_folder_that_takes_no_file_ends_the_run_in_one_line(tmp_path: Path) -> None:
+    with pytest.raises(RecordingFailedError, match=r"cannot write .*begun: No such file"):
+        mark_begun(tmp_path / "full")
