@@ -238,7 +238,8 @@ class ZenohTransport:
     def take(self, raw: zenoh.Sample | zenoh.Query) -> None:
         """Called in Zenoh's thread: a message or a query has arrived."""
         if isinstance(raw, zenoh.Query):
-            self._inbox.append(raw, len(str(raw.key_expr)) + (len(raw.payload) if raw.payload else 0))
+            carried = [each for each in (raw.payload, raw.attachment) if each is not None]
+            self._inbox.append(raw, len(str(raw.selector)) + sum(map(len, carried)))  # kept whole, to reply
         else:
             self._take(raw)
 

@@ -172,6 +172,21 @@ async def test_messages_dropped_by_a_full_inbox_are_counted(
         assert others_turn.is_set()  # a flood of arrivals does not starve the loop's other tasks
 
 
+async def test_a_query_counts_in_a_full_inbox_with_all_that_it_carries(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(zenoh_transport, "INBOX_BYTES_MAX", 50_000)
+    settings, more = client_settings(read_session(folder / "r1.json")), 30_000 * "x"
+    async with fleet(folder) as (world,):
+        with zenoh.open(zenoh.Config.from_json5(json.dumps(settings))) as session:
+            for asked, attached in (("", more), (f"?{more}", None), ("", more)):
+                session.get(KEYS.mission() + asked, lambda _: None, payload=b"any", attachment=attached)
+            deadline_s = time.monotonic() + DEADLINE_S
+            while world.traffic.overflowed_count < 2:
+                assert time.monotonic() < deadline_s
+        assert len(await world.arrivals(0.0)) == 1
+
+
 async def test_arrivals_are_empty_after_the_timeout(folder: Path) -> None:
     async with fleet(folder, "r1") as (world, robot):
         world.put(KEYS.odometry("r1"), odometry(0.0))
