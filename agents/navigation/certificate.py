@@ -21,7 +21,7 @@ from functools import cached_property
 import numpy as np
 
 from agents.navigation.scan import View
-from agents.navigation.sure import Sure, past_hulls, sure
+from agents.navigation.sure import Sure, sure
 from protocol.arrays import Flags, Floats, nearest_on_segments, of_next, segments_apart, unit_vectors
 from protocol.mission import Bounds, Mission
 from protocol.sweep import Stadiums, cut_where_near
@@ -132,7 +132,20 @@ def promised_clearance_m(view: View, target: Floats, robots: Flags, mission: Mis
             all that is hit where obstacles move: one that moves may be where the robot may be, and hide more.
         mission: the robot's mission.
     """
-    seen = sure(past_hulls(view, robots, mission, off_m=mission.epsilon_m - mission.mu0_m), mission)
+    past = view if mission.obstacles_move else _past_hulls(view, robots, mission)
+    seen = sure(past, mission)
     # The arcs are enough: what lies further along a ray from where a step begins is further from the step.
     apart_m = segments_apart(view.position, target, seen.starts, seen.ends)
     return max(0.0, float(apart_m.min()) - mission.robot_radius_m)
+
+
+def _past_hulls(view: View, robots: Flags, mission: Mission) -> View:
+    """The scan with each hit on a hull moved to the nearest place where the hull may hide an obstacle.
+
+    A robot keeps epsilon, less mu0, from obstacles. So behind a hit on its hull there is none for at least
+    the part of a tangent that lies within that distance of the hull.
+    """
+    radius_m = mission.robot_radius_m
+    kept_m = radius_m + max(0.0, mission.epsilon_m - mission.mu0_m)
+    past_m = view.ranges_m + math.sqrt(kept_m**2 - radius_m**2)
+    return replace(view, ranges_m=np.where(robots, np.minimum(past_m, mission.range_m_max), view.ranges_m))

@@ -5,9 +5,8 @@ Rule 1: what is beside the way hides nothing on it: what it hides is further fro
 Rule 2: a corner may reach nearer than the hits, between two rays. Beside a hit, and between rays that meet
         nothing within the range, it is no nearer than a scan is sure (`agents.navigation.sure`). Beside a
         hull that was taken out of the scan as a robot's, it begins where that robot keeps off obstacles and
-        bodies; where obstacles move, at the hit (`past_hulls`). What may be beyond the way's end, where no
-        ray meets anything or behind a hull, is nearer to the robot ahead: that one keeps off it
-        (`protocol.legs`).
+        bodies. What may be beyond the way's end, where no ray meets anything or behind a hull, is nearer to
+        the robot ahead: that one keeps off it (`protocol.legs`).
 Rule 3: a robot may leave what is too near to it, by a way that leads away. But a leg does not begin there:
         where the strand turns round, its tail comes back to where its leg began, and its drive errs again.
 Rule 4: nor does a new leg end there. What the hull of the first robot hides beyond its place only that robot
@@ -16,11 +15,12 @@ Rule 4: nor does a new leg end there. What the hull of the first robot hides bey
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from agents.navigation.scan import View
-from agents.navigation.sure import Sure, past_hulls, sure
+from agents.navigation.sure import Sure, sure
 from protocol.arrays import Flags, Floats, distances_to_segments, of_next, segments_apart
 from protocol.legs import PASSED_SHARE
 from protocol.mission import Mission
@@ -67,9 +67,10 @@ def _behind_hulls(seen: View, end: Floats, mission: Mission, *, bodies_only: boo
     """Rule 2: from where on hulls beside the way may hide something, as segments (n, 2), (n, 2)."""
     off_m = distances_to_segments(seen.points, seen.position, end)
     beside = _taken_out(seen, mission) & (off_m >= mission.hull_reach_m)
-    kept_m = min(mission.epsilon_m, mission.separation_m) - mission.mu0_m
-    past = past_hulls(seen, beside, mission, off_m=kept_m)
-    known = sure(past, mission, leave_out=~beside, bodies_only=bodies_only)
+    radius_m = mission.robot_radius_m
+    kept_m = radius_m + max(0.0, min(mission.epsilon_m, mission.separation_m) - mission.mu0_m)
+    past_m = np.minimum(seen.ranges_m + math.sqrt(kept_m**2 - radius_m**2), mission.range_m_max)
+    known = sure(replace(seen, ranges_m=past_m), mission, leave_out=~beside, bodies_only=bodies_only)
     hidden = np.isfinite(known.ranges_m) & ~_is_beyond(known, seen, end)
     return known.starts[hidden], known.ends[hidden]
 

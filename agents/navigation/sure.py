@@ -35,8 +35,7 @@ Rule 4: of a robot's body, a disc of radius r, gamma is a right angle. Where bot
 Rule 5: nothing else is taken from the world: the bound holds with any shapes that keep both premises.
 """
 
-import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -84,17 +83,3 @@ def sure(view: View, mission: Mission, *, leave_out: Flags | None = None, bodies
     finite_m = np.where(np.isfinite(ranges_m), ranges_m, 0.0)[:, None]
     starts, ends = (view.position + finite_m * each for each in (view.rays, of_next(view.rays)))
     return Sure(ranges_m, starts, ends)
-
-
-def past_hulls(view: View, hulls: Flags, mission: Mission, *, off_m: float) -> View:
-    """The scan with each hit on a robot's hull moved to the nearest place where the hull may hide something.
-
-    That robot keeps this distance off what it may hide. So behind a hit there is none for at least the part
-    of a tangent that lies within that distance of the hull. Where obstacles move, one may stand where a robot
-    may be, and hide something nearer: then nothing is sure behind a hit.
-    """
-    if mission.obstacles_move:
-        return view
-    radius_m = mission.robot_radius_m
-    past_m = view.ranges_m + math.sqrt((radius_m + max(0.0, off_m)) ** 2 - radius_m**2)
-    return replace(view, ranges_m=np.where(hulls, np.minimum(past_m, mission.range_m_max), view.ranges_m))
