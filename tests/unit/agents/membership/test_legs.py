@@ -175,3 +175,28 @@ def test_on_a_clear_leg_no_corner_is_too_near_that_a_robot_beside_the_leg_may_hi
     ]
     assert clear, "what is hidden far off is in nobody's way"
     assert min(clear) - COARSE.robot_radius_m >= certain_clearance_m_min(COARSE)
+
+
+def test_on_a_leg_beside_which_a_pin_that_moves_counts_as_hull_a_post_behind_the_pin_is_not_missed() -> None:
+    """The pin stands behind the hull of a robot beside the leg, near enough to count as that hull."""
+    kept = {"epsilon_m": 0.088, "mu0_m": 0.035, "separation_m": 0.088, "range_m_max": 0.833}
+    mission = replace(COARSE, **kept, directions=7200, obstacle_speed_mps_max=0.01, watch_s=0.06)
+    ahead, beside, post = np.array([0.8103, 0.0]), np.array([0.6564, 0.2694]), np.array([0.7624, 0.156])
+    pin, pin_m, post_m = np.array([0.7048, 0.1459]), 0.003, 0.001
+    promised_m, drive_m = mission.epsilon_m - mission.mu0_m, 0.25 * mission.mu0_m
+    robots = np.array([ahead, beside])
+    kept_m = np.hypot(*(robots - post).T) - post_m - mission.robot_radius_m
+    assert (kept_m >= (promised_m + drive_m, promised_m)).all(), "the robots may stand where they do"
+    apart_m = float(distances_to_segments(post, HERE, ahead)) - post_m - mission.robot_radius_m
+    assert apart_m < promised_m + drive_m * ahead[0] / mission.range_m_max
+    ground = ground_of(
+        tuple(
+            Circle(centre_m=(float(at[0]), float(at[1])), radius_m=radius_m)
+            for at, radius_m in ((post, post_m), (pin, pin_m))
+        )
+    )
+    discs = np.column_stack((robots, np.full(2, mission.robot_radius_m)))
+    bearings = scan_bearings_rad(mission.directions)
+    ranges = cast(ground, HERE, bearings, range_m_max=mission.range_m_max, discs=discs)
+    view = View(HERE, bearings, ranges, ranges < mission.range_m_max, 0.0)
+    assert not leg_is_clear(without_hulls(view, robots, mission), ahead, mission)
