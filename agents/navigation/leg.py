@@ -5,9 +5,9 @@ Rule 1: what is beside the way hides nothing on it: what it hides is further fro
 Rule 2: a corner may reach nearer than the hits, between two rays. Beside a hit, and between rays that meet
         nothing within the range, it is no nearer than a scan is sure (`agents.navigation.sure`). Beside a
         hull that was taken out of the scan as a robot's, it begins where that robot keeps off obstacles and
-        bodies; where obstacles move, at the hit, which may be of one. What may be beyond the way's end, where
-        no ray meets anything or behind a hull, is nearer to the robot ahead: that one keeps off it
-        (`protocol.legs`).
+        bodies. Where obstacles move, the hit may be of one that is nearer to them by what counts as hull.
+        What may be beyond the way's end, where no ray meets anything or behind a hull, is nearer to the robot
+        ahead: that one keeps off it (`protocol.legs`).
 Rule 3: a robot may leave what is too near to it, by a way that leads away. But a leg does not begin there:
         where the strand turns round, its tail comes back to where its leg began, and its drive errs again.
 Rule 4: nor does a new leg end there. What the hull of the first robot hides beyond its place only that robot
@@ -70,8 +70,9 @@ def _behind_hulls(seen: View, end: Floats, mission: Mission, *, bodies_only: boo
     beside = _taken_out(seen, mission) & (off_m >= mission.hull_reach_m)
     radius_m = mission.robot_radius_m
     kept_m = radius_m + max(0.0, min(mission.epsilon_m, mission.separation_m) - mission.mu0_m)
-    # What moves may have been taken for the hull anywhere around it, and hide something right behind.
-    free_m = 0.0 if mission.obstacles_move else math.sqrt(kept_m**2 - radius_m**2)
+    # What moves may be hit instead, at any place that counts as the hull.
+    near_m = max(0.0, kept_m - mission.hull_reach_m)
+    free_m = near_m if mission.obstacles_move else math.sqrt(kept_m**2 - radius_m**2)
     past_m = np.minimum(seen.ranges_m + free_m, mission.range_m_max)
     known = sure(replace(seen, ranges_m=past_m), mission, leave_out=~beside, bodies_only=bodies_only)
     hidden = np.isfinite(known.ranges_m) & ~_is_beyond(known, seen, end)
