@@ -200,3 +200,24 @@ def test_on_a_leg_beside_which_a_pin_that_moves_counts_as_hull_a_post_behind_the
     ranges = cast(ground, HERE, bearings, range_m_max=mission.range_m_max, discs=discs)
     view = View(HERE, bearings, ranges, ranges < mission.range_m_max, 0.0)
     assert not leg_is_clear(without_hulls(view, robots, mission), ahead, mission)
+
+
+def test_on_a_clear_leg_no_box_is_too_near_that_a_robot_beside_it_and_what_moves_there_may_hide() -> None:
+    """Where obstacles move, one may stand behind a hull, count as that, and hide what is just behind it."""
+    mission = replace(MISSION, epsilon_m=0.0737, mu0_m=0.0336, separation_m=0.0737, directions=582)
+    mission = replace(mission, range_m_max=4.0, link_length_m_max=4.0, obstacle_speed_mps_max=0.001)
+    beside, ahead, tilt_rad = np.array([2.577, 0.469]), np.array([2.775, 0.0]), 0.05
+    passes_rad, hits_rad = np.array([8, 9]) * math.tau / mission.directions
+    turned = unit_vectors(passes_rad + tilt_rad + np.array([0.0, math.pi / 2.0]))
+    low = 2.744 * unit_vectors(passes_rad) + 1e-6 * unit_vectors(passes_rad + math.pi / 2.0)
+    corners = low + 0.045 * np.array([(0, 0), (1, 0), (1, 1), (0, 1)]) @ turned
+    ground = ground_of((Polygon(vertices_m=tuple((float(x_m), float(y_m)) for x_m, y_m in corners)),))
+    promised_m = mission.robot_radius_m + mission.epsilon_m - mission.mu0_m
+    assert min(distances(ground, each)[0] for each in (beside, ahead)) >= promised_m
+    assert clearance(ground, HERE[None], ahead[None])[0] < promised_m - 0.1 * mission.mu0_m
+    hulls = [[*beside, mission.robot_radius_m], [*ahead, mission.robot_radius_m]]
+    discs = np.array([*hulls, [*2.714 * unit_vectors(hits_rad), 0.022]])
+    bearings = scan_bearings_rad(mission.directions)
+    ranges = cast(ground, HERE, bearings, range_m_max=mission.range_m_max, discs=discs)
+    view = View(HERE, bearings, ranges, ranges < mission.range_m_max, 0.0)
+    assert not leg_is_clear(without_hulls(view, np.array([beside, ahead]), mission), ahead, mission)
