@@ -5,10 +5,10 @@ Rule 1: no obstacle is faster than the mission says. So at any time after a scan
         exception: something may come out from behind them.
 Rule 2: a motion is permitted for as long as the hull, wherever it may be by then, keeps off all of that.
         After that time the body stops by itself, so no robot is in contact while it moves.
-Rule 3 (liveness): a motion towards something must be permitted for a while, so that the robot stops with room
-        to leave; or it must pass all that is seen, as it stands, with a moment to spare: it costs the time in
-        which the robot stands between two moments. What was planned for `BRIEF_S` is seen some millimetres
-        nearer on the way, so `MOVES_S` are enough.
+Rule 3 (liveness): a motion towards something must be permitted for a while, and ends a moment before that may
+        be met: nearer, neither of two robots could get away from the other. Or it must pass all that is seen,
+        as it stands, with a moment to spare: it costs the time in which the robot stands between two moments.
+        What was planned for `BRIEF_S` is seen some millimetres nearer on the way, so `MOVES_S` are enough.
 Rule 4: a driving robot asks for a scan at every odometry, whether it follows, leads or joins.
 """
 
@@ -23,7 +23,7 @@ from agents.navigation.certificate import scan_walls
 from agents.navigation.scan import View
 from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart
 from protocol.frames import Pose
-from protocol.mission import MOVES_S, WATCH_S, Mission
+from protocol.mission import BRIEF_S, MOVES_S, WATCH_S, Mission
 from protocol.sweep import TOUCHING_M
 
 LONGEST_S = 4.0 * WATCH_S  # of a permission
@@ -96,6 +96,10 @@ def good_for_s(view: View, target: Floats, mission: Mission) -> float:
     off = target - view.position
     length_m = max(float(np.hypot(*off)), TOUCHING_M)
     here_m = distances_to_segments(view.position, walls.starts, walls.ends)
+    to_target_m = segments_apart(view.position, target, walls.starts, walls.ends)
+    leaves_no_moment = to_target_m < hull_m + speed_mps * MOVES_S
+    in_way = leaves_no_moment & (to_target_m < here_m - TOUCHING_M)
+    keep_m = hull_m + np.where(in_way, speed_mps * BRIEF_S, 0.0)
 
     def swept_m(for_s: Floats, near: Flags | slice) -> Floats:
         """The distances (..., k) from the ground swept until then to the walls that are near."""
@@ -103,16 +107,14 @@ def good_for_s(view: View, target: Floats, mission: Mission) -> float:
         return segments_apart(view.position, ends, walls.starts[near], walls.ends[near])
 
     # Nothing is in the way before both have driven towards each other; what would hit it here is by then.
-    soonest_s = (here_m - hull_m) / (mission.speed_mps + speed_mps)
-    first_s, last_s = (float(each.min(initial=np.inf)) for each in (soonest_s, (here_m - hull_m) / speed_mps))
-    unsure_s = TIMES_S[(first_s < TIMES_S) & (last_s > TIMES_S)]
-    is_good = swept_m(unsure_s, soonest_s < last_s) >= hull_m + speed_mps * unsure_s[:, None]
+    soonest_s = (here_m - keep_m) / (mission.speed_mps + speed_mps)
+    first_s, last_s = (float(each.min(initial=np.inf)) for each in (soonest_s, (here_m - keep_m) / speed_mps))
+    unsure_s, near = TIMES_S[(first_s < TIMES_S) & (last_s > TIMES_S)], soonest_s < last_s
+    is_good = swept_m(unsure_s, near) >= keep_m[near] + speed_mps * unsure_s[:, None]
     good_s = LONGEST_S / len(TIMES_S) * float((first_s >= TIMES_S).sum() + is_good.all(axis=1).sum())
     if good_s < APPROACH_S:
         approach_m = swept_m(np.array(APPROACH_S), slice(None))
         approached = (approach_m < hull_m + speed_mps * APPROACH_S) & (approach_m < here_m - TOUCHING_M)
-        to_target_m = segments_apart(view.position, target, walls.starts, walls.ends)
-        leaves_no_moment = to_target_m < hull_m + speed_mps * MOVES_S
         if leaves_no_moment.any() and approached.any():
             return 0.0
     return good_s if good_s >= LEAST_S else 0.0

@@ -140,9 +140,14 @@ def test_nor_who_is_hidden_behind_a_robot(off_m: float, bearing: float, behind_m
 
 
 @pytest.mark.parametrize("off_m", [0.6, 0.7, 0.9, 1.2, 1.6])
-def test_a_motion_towards_somebody_is_permitted_for_as_long_as_it_is_safe(off_m: float) -> None:
-    gap_m = off_m - 0.25 - HULL_M
+def test_two_that_drive_towards_each_other_until_their_permissions_end_may_both_move_again(
+    off_m: float,
+) -> None:
+    """Whatever scans are lost meanwhile: nearer than a moment, neither could get away from the other."""
+    gap_m = off_m - 0.25 - HULL_M - BRIEF_S * MISSION.obstacle_speed_mps_max
     until_s = min(gap_m / (MISSION.speed_mps + MISSION.obstacle_speed_mps_max), LONGEST_S)
     somebody = Circle(centre_m=(off_m, 0.0), radius_m=0.25)
     good = good_for_s(look_around([somebody], MISSION), TARGET, MISSION)
     assert 0.0 <= until_s - good < 0.02
+    met = Circle(centre_m=(off_m - 2.0 * MISSION.speed_mps * good, 0.0), radius_m=0.25)
+    assert good_for_s(look_around([met], MISSION), -TARGET, MISSION) > 0.0
