@@ -83,7 +83,7 @@ def test_a_loss_of_90_percent_breaks_no_invariant() -> None:
 
 
 @pytest.mark.parametrize(
-    ("dies_at_s", "robot"), [(2.0, 1), (2.0, 5), (6.5, 2), *long([(2.0, 3), (6.5, 1), (6.5, 4)])]
+    ("dies_at_s", "robot"), [(2.0, 1), (2.0, 5), *long([(2.0, 3), (6.5, 1), (6.5, 2), (6.5, 4)])]
 )
 def test_when_a_robot_dies_the_others_arrive(dies_at_s: float, robot: int) -> None:
     rehearsal = Rehearsal(load("grove"), 1, PERFECT)

@@ -16,6 +16,7 @@ from clew.swarm.futures import (
 )
 from clew.swarm.swarm import Mode, Swarm, draw
 from protocol.errors import UsageError
+from tests.support.long import long
 
 SEEDS = range(1, 9)
 
@@ -45,7 +46,7 @@ def two_branches(seed: int) -> Branches:
     return (branch_at(1.0, 1 + seed % 3, 1), branch_at(2.5, 2, 3))
 
 
-@pytest.mark.parametrize("seed", [12, 17])
+@pytest.mark.parametrize("seed", [17, *long([12])])
 def test_a_future_that_is_forked_equals_one_from_the_start_to_the_byte(seed: int) -> None:
     run = begin(draw_future(seed, ()))
     ticks = run.ticks()
@@ -66,7 +67,7 @@ def test_a_future_that_is_forked_equals_one_from_the_start_to_the_byte(seed: int
     assert timeline(whole) != timeline(run)
 
 
-@pytest.mark.parametrize("seed", [12, 17])
+@pytest.mark.parametrize("seed", [12, *long([17])])
 def test_without_branches_a_future_is_the_episode_of_its_seed(seed: int) -> None:
     assert timeline(begin(draw_future(seed, ())).run()) == timeline(begin(draw(seed)).run())
 
