@@ -26,6 +26,20 @@ TURN = Fence(epoch=EPOCH, turn=1, may=May.ONE, robot=3, life=9)
 LIFE = 77
 
 
+def odometry(tenth: int, fence: Fence, *, stood_s: float) -> Odometry:
+    """What a body that stands tells after so many tenths of a second."""
+    return Odometry(
+        n=tenth + 1,
+        t_s=tenth / 10.0,
+        pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0),
+        moving=False,
+        finished=0,
+        fence=fence,
+        stood_s=stood_s,
+        phase=Phase.RUNNING,
+    )
+
+
 def raised_at_s(*, last_moved_s: float) -> float | None:
     """When a robot whose reports are not answered puts a raise, in the turn of another."""
     suspicion = Suspicion(TIMING)
@@ -38,16 +52,7 @@ def raised_at_s(*, last_moved_s: float) -> float | None:
     for tenth in range(80):
         now_s = tenth / 10.0
         suspicion.live(now_s)
-        told = Odometry(
-            n=tenth + 1,
-            t_s=now_s,
-            pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0),
-            moving=False,
-            finished=0,
-            fence=TURN,
-            stood_s=max(0.0, now_s - last_moved_s),
-            phase=Phase.RUNNING,
-        )
+        told = odometry(tenth, TURN, stood_s=max(0.0, now_s - last_moved_s))
         driver.hear(told)
         reporter.act(driver, senses, now_s)
         commands = proposing.act(TURN, told, reporter, None, now_s, coordinates=False)
@@ -83,16 +88,7 @@ def test_where_no_body_moves_one_that_is_left_out_raises_as_any_robot_only_if_th
     for tenth in range(10 * round(TIMING.stood_s) + 20):
         now_s = tenth / 10.0
         suspicion.live(now_s)
-        told = Odometry(
-            n=tenth + 1,
-            t_s=now_s,
-            pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0),
-            moving=False,
-            finished=0,
-            fence=fence,
-            stood_s=now_s,
-            phase=Phase.RUNNING,
-        )
+        told = odometry(tenth, fence, stood_s=now_s)
         commands = proposing.act(fence, told, None, None, now_s, coordinates=False)
         puts = [each.change for each in commands if isinstance(each, Put)]
         raises += [each.outsider for each in puts if isinstance(each, Raise)]
