@@ -32,7 +32,7 @@ from protocol.faults.manual_faults import (
 )
 from protocol.faults.rules import Rule
 from protocol.files.writing import write_whole
-from world.record.recorder import RecordingFailedError
+from world.record.recorder import must_write
 
 Add = Callable[[Rule, float | None], str]
 """Applies a rule for a time; returns its name, or raises `UsageError`."""
@@ -92,7 +92,8 @@ async def heard(private: Path, folder: Path, serves: Serves) -> AsyncIterator[No
         return
     try:
         async with server:
-            _tell_where(where, path)
+            with must_write(where):
+                write_whole(where, os.fsencode(path.resolve()))
             yield
     except asyncio.CancelledError:
         if failures:
@@ -101,13 +102,6 @@ async def heard(private: Path, folder: Path, serves: Serves) -> AsyncIterator[No
     finally:
         where.unlink(missing_ok=True)
         path.unlink(missing_ok=True)
-
-
-def _tell_where(where: Path, socket: Path) -> None:
-    try:
-        write_whole(where, os.fsencode(socket.resolve()))
-    except OSError as error:
-        raise RecordingFailedError(f"cannot write {where}: {error.strerror}") from error
 
 
 async def _serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, serves: Serves) -> None:

@@ -12,7 +12,8 @@ Rule 5: a restarted source is a new incarnation and counts from 1. Once its firs
 
 import os
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from io import FileIO
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,19 @@ EVENTS_FILE = "events.jsonl"
 
 class RecordingFailedError(ClewError):
     """The timeline can no longer be written: a run without a record must not continue."""
+
+
+@contextmanager
+def must_write(path: Path) -> Iterator[None]:
+    """What writes a file without which a run must not continue.
+
+    Raises:
+        RecordingFailedError: it cannot be written.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise RecordingFailedError(f"cannot write {path}: {error.strerror}") from error
 
 
 class Header(Struct, frozen=True, kw_only=True, tag_field="kind", tag="run.started"):

@@ -19,7 +19,7 @@ from protocol.law_files import copies
 from protocol.run_settings import SCENARIO_FILE, Settings, read_plan, texts
 from world.judge.together import TogetherVerdict
 from world.judge.verdict import VERDICT_FILE, Verdict
-from world.record.recorder import Header, RecordingFailedError
+from world.record.recorder import Header, must_write
 from world.scenario.fleets import SharedGround
 from world.scenario.scenario import Scenario
 
@@ -119,10 +119,8 @@ def mark_begun(private: Path) -> None:
         RecordingFailedError: it cannot be written.
     """
     path = private / BEGUN_FILE
-    try:
+    with must_write(path):
         path.touch()
-    except OSError as error:
-        raise RecordingFailedError(f"cannot write {path}: {error.strerror}") from error
 
 
 def save_verdict(verdict: Verdict | TogetherVerdict, folder: Path) -> None:
@@ -132,10 +130,8 @@ def save_verdict(verdict: Verdict | TogetherVerdict, folder: Path) -> None:
         RecordingFailedError: it cannot be written.
     """
     path = folder / VERDICT_FILE
-    try:
+    with must_write(path):
         write_whole(path, msgspec.json.format(msgspec.json.encode(verdict)) + b"\n")
-    except OSError as error:
-        raise RecordingFailedError(f"cannot write {path}: {error.strerror}") from error
 
 
 def _version(distribution: str) -> str:
