@@ -13,7 +13,8 @@ from protocol.sweep import TOUCHING_M
 
 def without_hulls(view: View, robots: Floats, mission: Mission) -> View:
     """A scan without what it shows of robots that stand (n, 2)."""
-    return view.without(on_discs(view.points, robots, within_m=mission.hull_reach_m))
+    hulls = on_discs(view.points, robots, within_m=mission.hull_reach_m)
+    return view.without(hulls, np.stack([robots, robots], axis=1))
 
 
 def leg_is_clear(seen: View, ahead: Floats, mission: Mission) -> bool:
@@ -43,11 +44,13 @@ def hides_way(seen: View, ahead: Floats, mission: Mission) -> bool:
     """Whether a hull that was taken out of a scan stands on the way: the scan shows nothing behind it.
 
     The robot ahead apart, at whose place the way ends. What stands beside the way hides nothing on it; what
-    may reach out of its shadow is for `agents.navigation.leg`.
+    may reach out of its shadow is for `agents.navigation.leg`, which takes what is nearer than that for the
+    robot ahead. No hull is so near, but what moves and counts as one may be.
     """
     taken_out = seen.points[~seen.hits & (seen.ranges_m < mission.range_m_max)]
     hulls = taken_out[~on_discs(taken_out, ahead[None], within_m=mission.hull_reach_m)]
-    return bool(on_ways(hulls, seen.position[None], ahead, mission)[0])
+    on_way = distances_to_segments(hulls, seen.position, ahead) < mission.hull_reach_m
+    return bool(on_way.any() or on_ways(hulls, seen.position[None], ahead, mission)[0])
 
 
 def on_ways(hulls: Floats, places: Floats, ahead: Floats, mission: Mission, *, slack_m: float = 0.0) -> Flags:

@@ -5,7 +5,8 @@ Rule 1: what is beside the way hides nothing on it: what it hides is further fro
 Rule 2: a corner may reach nearer than the hits, between two rays. Beside a hit, and between rays that meet
         nothing within the range, it is no nearer than a scan is sure (`agents.navigation.sure`). Beside a
         hull that was taken out of the scan as a robot's, it begins where that robot keeps off obstacles and
-        bodies. Where obstacles move, the hit may be of one that is nearer to them by what counts as hull.
+        bodies. Where obstacles move, the hit may be of one, anywhere in what counts as hull: then it begins
+        where the ray leaves the ground that all others keep off.
         What may be beyond the way's end, where no ray meets anything or behind a hull, is nearer to the robot
         ahead: that one keeps off it (`protocol.legs`).
 Rule 3: a robot may leave what is too near to it, by a way that leads away. But a leg does not begin there:
@@ -22,7 +23,14 @@ import numpy as np
 
 from agents.navigation.scan import View
 from agents.navigation.sure import Sure, sure
-from protocol.arrays import Flags, Floats, distances_to_segments, of_next, segments_apart
+from protocol.arrays import (
+    Flags,
+    Floats,
+    distances_to_segments,
+    nearest_on_segments,
+    of_next,
+    segments_apart,
+)
 from protocol.legs import PASSED_SHARE
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
@@ -68,15 +76,25 @@ def _behind_hulls(seen: View, end: Floats, mission: Mission, *, bodies_only: boo
     """Rule 2: from where on hulls beside the way may hide something, as segments (n, 2), (n, 2)."""
     off_m = distances_to_segments(seen.points, seen.position, end)
     beside = _taken_out(seen, mission) & (off_m >= mission.hull_reach_m)
-    radius_m = mission.robot_radius_m
-    kept_m = radius_m + max(0.0, min(mission.epsilon_m, mission.separation_m) - mission.mu0_m)
-    # What moves may be hit instead, at any place that counts as the hull.
-    near_m = max(0.0, kept_m - mission.hull_reach_m)
-    free_m = near_m if mission.obstacles_move else math.sqrt(kept_m**2 - radius_m**2)
-    past_m = np.minimum(seen.ranges_m + free_m, mission.range_m_max)
+    past_m = np.minimum(seen.ranges_m + _free_behind_m(seen, mission), mission.range_m_max)
     known = sure(replace(seen, ranges_m=past_m), mission, leave_out=~beside, bodies_only=bodies_only)
     hidden = np.isfinite(known.ranges_m) & ~_is_beyond(known, seen, end)
     return known.starts[hidden], known.ends[hidden]
+
+
+def _free_behind_m(seen: View, mission: Mission) -> Floats | float:
+    """Rule 2: how far each ray (n,) is free behind a hit that was taken out as a robot's."""
+    radius_m = mission.robot_radius_m
+    kept_m = radius_m + max(0.0, min(mission.epsilon_m, mission.separation_m) - mission.mu0_m)
+    if not mission.obstacles_move:
+        return math.sqrt(kept_m**2 - radius_m**2)
+    starts = np.concatenate([np.empty((0, 2)), *(ground[:-1] for ground in seen.robots)])
+    ends = np.concatenate([np.empty((0, 2)), *(ground[1:] for ground in seen.robots)])
+    off = nearest_on_segments(seen.points[:, None], starts, ends) - seen.points[:, None]
+    along_m = (off * seen.rays[:, None]).sum(axis=-1)
+    inside_m2 = kept_m**2 - (off**2).sum(axis=-1)
+    leaves_m = np.where(inside_m2 > 0.0, along_m + np.sqrt(along_m**2 + np.maximum(inside_m2, 0.0)), 0.0)
+    return np.asarray(leaves_m.max(axis=1, initial=0.0))
 
 
 def _taken_out(seen: View, mission: Mission) -> Flags:

@@ -1,5 +1,6 @@
 """A scan as arrays: its position and the boundary of what it saw."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -29,6 +30,8 @@ class View:
     """The time of the scan."""
     earlier: tuple["View", ...] = ()
     """Scans from other places that still hold: nothing has moved since but robots of the strand."""
+    robots: tuple[Floats, ...] = ()
+    """Where the robots may be whose hits were removed: polylines (k, 2) of ground."""
 
     def __post_init__(self) -> None:
         fix(self.position, self.bearings_rad, self.ranges_m, self.hits)
@@ -66,9 +69,9 @@ class View:
             earlier=(),
         )
 
-    def without(self, seen: Flags) -> "View":
-        """The same scan with the hits of these directions removed."""
-        return replace(self, hits=self.hits & ~seen)
+    def without(self, seen: Flags, robots: Iterable[Floats]) -> "View":
+        """The same scan with the hits of these directions removed, which are of robots on this ground."""
+        return replace(self, hits=self.hits & ~seen, robots=tuple(robots))
 
 
 def fix(*arrays: Floats | Flags) -> None:

@@ -149,4 +149,4 @@ class Follower:
         seen = np.zeros(len(view.ranges_m), dtype=np.bool_)
         for ground in robots:
             seen |= on_ground(view.points, ground, within_m=self._mission.hull_reach_m)
-        return view.without(seen)
+        return view.without(seen, robots)

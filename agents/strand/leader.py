@@ -169,7 +169,7 @@ class Leader:
         if self._goal is None or not self._mission.promises_clearance:
             step = self._step_on(sight, walls)
         else:
-            seen = replace(sight, view=view.without(robots))
+            seen = replace(sight, view=view.without(robots, [ground.occupied]))
             step = self._step_to(self._goal, seen, walls, ground, settled=settled)
             is_blocked = isinstance(step, DeadEnd) or (all_stand and isinstance(step, NoStep | Wait))
             if self._brief is not None and is_blocked:

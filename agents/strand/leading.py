@@ -197,7 +197,7 @@ class Leading:
             return False
         ground = self._strand.grants.ground.occupied
         robots = on_ground(scan.points, ground, within_m=mission.hull_reach_m)
-        return not place_is_clear(scan.without(robots), mission)
+        return not place_is_clear(scan.without(robots, [ground]), mission)
 
     @property
     def _off_path_m(self) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from agents.membership import joining
 from agents.membership.joining import InPlace, Joining
@@ -19,6 +20,7 @@ from agents.navigation.sure import closer
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import NO_FAULTS, uniform
 from protocol.frames import Pose
+from protocol.mission import Mission
 from protocol.timeline import (
     FenceChanged,
     OrderAccepted,
@@ -351,14 +353,35 @@ BESIDE = [(0.77, off_m) for off_m in np.linspace(0.25, 0.35, 11).tolist()]
 @pytest.mark.parametrize("beside", BESIDE)
 @pytest.mark.parametrize("start", [(0.0, 0.0), (0.1, 0.02), (0.2, 0.0)])
 def test_a_place_that_it_goes_to_is_one_when_it_gets_there(beside: Place, start: Place) -> None:
-    stands = stand([(0.97, 0.6), beside, (1.0, 0.0)], [(1.25, 0.15)])
+    assert goes(start, stand([(0.97, 0.6), beside, (1.0, 0.0)], [(1.25, 0.15)]), TIGHT)[-1] == InPlace()
+
+
+@pytest.mark.parametrize("beside", [(0.26, 0.0), (0.25, 0.08), (-0.26, 0.0)])
+def test_where_obstacles_move_a_hull_beside_the_robot_ahead_refuses_no_place_that_it_goes_to(
+    beside: Place,
+) -> None:
+    """Found behind a door that opens now and then: a robot went to and fro between two such places."""
+    mission = replace(TIGHT, obstacle_speed_mps_max=0.6)
+    assert goes((-0.016, -0.657), stand([beside, (0.0, 0.0)], []), mission)[-1] == InPlace()
+
+
+def goes(start: Place, stands: Stands, mission: Mission) -> list[StepPlanned | InPlace | NoStep | LookCloser]:
+    """What it plans until it stands, three steps later at most."""
     hulls: list[Shape] = [Circle(centre_m=(x, y), radius_m=0.1) for x, y in stands.all.tolist()]
-    joining, at = Joining(TIGHT, np.array(start)), Pose(x_m=start[0], y_m=start[1], heading_rad=0.0)
-    planned = joining.plan(look_around(hulls, TIGHT, at), stands)
-    for _ in range(2):
-        if isinstance(planned, InPlace):
-            return
-        assert isinstance(planned, StepPlanned)
-        at = Pose(x_m=planned.target.x_m, y_m=planned.target.y_m, heading_rad=0.0)
-        planned = joining.plan(look_around(hulls, TIGHT, at), stands)
-    assert planned == InPlace()
+    joining, at, revolutions = (
+        Joining(mission, np.array(start)),
+        Pose(x_m=start[0], y_m=start[1], heading_rad=0.0),
+        1,
+    )
+    planned: list[StepPlanned | InPlace | NoStep | LookCloser] = []
+    while sum(isinstance(each, StepPlanned) for each in planned) <= 3:
+        view = look_around(hulls, mission, at, revolutions=revolutions)
+        match joining.plan(view, stands):
+            case LookCloser() as plan:
+                revolutions = closer(mission, len(view.ranges_m)) or 0
+            case StepPlanned() as plan:
+                at, revolutions = Pose(x_m=plan.target.x_m, y_m=plan.target.y_m, heading_rad=0.0), 1
+            case plan:
+                return [*planned, plan]
+        planned.append(plan)
+    return planned
