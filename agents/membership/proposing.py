@@ -8,6 +8,7 @@ Rule 3: a member proposes one for what it wishes (`agents.strand.wish`), for a n
         may be what stands in the way.
 Rule 4: a robot that is left out, and has no answer from the leader, proposes one as an outsider; where no
         body moves and the leader's token has gone, as any robot may. A strand that stands may have arrived.
+        The robot that was to lead and has no formation sees no token of its own, so it is one of these.
 """
 
 import math

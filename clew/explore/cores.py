@@ -13,7 +13,7 @@ from agents.commands import AskScan, Order, Put, Say, Tell
 from agents.commands import Command as RobotCommand
 from agents.commands import Note as RobotNote
 from agents.events import Event as RobotEvent
-from agents.events import LinkHeard, OdometryHeard, ScanHeard, ViewHeard
+from agents.events import LinkHeard, OdometryHeard, ScanHeard, TokensWatched, ViewHeard
 from agents.events import TokenCame as TokenSeen
 from agents.events import TokenWent as TokenMissed
 from agents.navigation.grid import Lattice
@@ -240,7 +240,7 @@ def to_robot(thing: Thing, letter: Letter) -> RobotEvent:
             return LinkHeard(letter.sender, letter.number, thing)
         case Report() | Answer() | Formation() | Plea():
             return ViewHeard(letter.sender, letter.number, thing)
-        case TokenSeen() | TokenMissed():
+        case TokenSeen() | TokenMissed() | TokensWatched():
             return thing
         case _:
             raise AssertionError(f"no message for a robot: {thing}")

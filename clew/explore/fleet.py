@@ -13,6 +13,7 @@ Rule 5: contents of cores are compared when all letters have arrived, before tim
 from collections.abc import Iterable, Iterator, Sequence
 
 from agents.events import TokenCame as TokenSeen
+from agents.events import TokensWatched
 from agents.events import TokenWent as TokenMissed
 from agents.robot import Robot
 from clew.explore.cores import Cores, Restart, RobotStep, Start, Thing, Tick, WorldStep
@@ -325,7 +326,8 @@ class Fleet:
         others = [(other, state.lives[other - 1]) for other in self._living(state) if other != robot]
         seen = [(robot, TokenSeen(other, str(life))) for other, life in [(WORLD, 1), *others]]
         shown: list[tuple[int, Thing]] = [(other, TokenSeen(robot, str(count))) for other, _ in others]
-        return self._with_tokens(state, [(WORLD, TokenCame(robot, str(count))), *shown, *seen])
+        listed = (robot, TokensWatched(None))  # it has seen all that are shown, and watches them
+        return self._with_tokens(state, [(WORLD, TokenCame(robot, str(count))), *shown, *seen, listed])
 
     def _kill(self, state: Moment, robot: int, back_ticks: int) -> Moment:
         """A robot's process dies, before it hears the letter in line; it is started again later, or never."""

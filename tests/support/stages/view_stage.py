@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from agents.commands import AskScan, Command, Note, Order, Put, Say, Tell
 from agents.events import TokenCame as TokenSeen
+from agents.events import TokensWatched
 from agents.events import TokenWent as TokenMissed
 from agents.robot import Robot
 from clew.explore.cores import Tick, act, to_robot
@@ -228,6 +229,7 @@ class ViewStage:
             self._to_robot(Post(WORLD, other, 0, TokenSeen(robot, str(life))))
         for other, incarnation in [(WORLD, self._worlds), *((other, self.lives[other]) for other in others)]:
             self._to_robot(Post(WORLD, robot, 0, TokenSeen(other, str(incarnation))))
+        self._to_robot(Post(WORLD, robot, 0, TokensWatched(None)))
 
     def kill(self, robot: int) -> None:
         """A robot's process dies; all others see its token go."""

@@ -1,5 +1,7 @@
 """A leader dies, to be read aloud: raise, fence, reports, order, formation, ALL, first order."""
 
+import pytest
+
 from protocol.fence import Cause, May, Raise, Turn
 from protocol.timeline import FenceChanged, LeaderSucceeded, LinkBroken, StrandHealed, ViewJoined
 from protocol.wire.messages import Drive
@@ -61,3 +63,31 @@ def _under(stage: ViewStage) -> list[object]:
         if isinstance(post.thing, Drive)
         and (post.thing.bearing.epoch, post.thing.bearing.turn) == (stage.fence.epoch, stage.fence.turn)
     ]
+
+
+@pytest.mark.parametrize("comes_back", [False, True])
+def test_if_the_coordinator_dies_and_nobody_has_the_formation_the_robot_that_was_to_lead_raises(
+    comes_back: bool,
+) -> None:
+    """All are left out, and they do not outnumber the strand: only its leader can say that there is none."""
+    stage = ViewStage.begun()
+    stage.raised_by(3)
+    stage.lose(of(Formation))
+    stage.run(lambda: stage.fence.may is May.ALL)
+    assert stage.fence.robot == 1
+    stage.kill(3)
+    stage.heal()
+    if comes_back:
+        stage.start(3)
+    stage.run(lambda: stage.fence.may is May.ALL and stage.fence.epoch.generation == 2)
+    assert stage.fence.members == len(stage.processes)
+    stage.run(lambda: 1 in stage.moving())
+
+
+def test_a_strand_of_which_all_robots_have_new_lives_forms_again() -> None:
+    stage = ViewStage.driving()
+    stage.run(lambda: stage.moving() == {1, 2, 3})
+    for robot in stage.robots:
+        stage.replace(robot)
+    stage.run(lambda: stage.fence.may is May.ALL and stage.fence.epoch.generation == 2)
+    stage.run(lambda: stage.moving() == {1, 2, 3})
