@@ -5,7 +5,7 @@ Rule 2: where the only way leads back, it wants the strand to turn round, `TURNS
         step towards the goal between them. A tail that leads it out does not turn it round on a cleared map.
 Rule 3: where it knows no way on, and the strand has lost robots, it wants another robot to lead. The route is
         lost if `LEADERS_MAX` have led in vain, or this one before, and, where robots are left out, no body
-        has moved for `COMES_BACK_S`. A leader waits first where obstacles may move away.
+        has moved for `COMES_BACK_S` while it waits. A leader waits first where obstacles may move away.
 Rule 4: after each step that it gives up, but the first ones in an epoch, it waits before it plans again, for
         a time that its life draws. Else two leaders that see the same give way to each other for ever.
 Rule 5 (safety): if it began too near to something, the robots behind do not come there. It wants a view when
@@ -215,7 +215,7 @@ class Leading:
                 return self._senses.ask(now_s)
             case NoStep(reason) if self._is_lost(now_s):
                 self._plans_again_s = now_s + SETTLED_S
-                return self._give_up_lead(reason)
+                return self._give_up_lead(reason, now_s)
             case DeadEnd(back_to_m):
                 self._plans_again_s = now_s + SETTLED_S
                 return self._turn_back(back_to_m)
@@ -247,11 +247,13 @@ class Leading:
         self._stuck_at_s = min(self._stuck_at_s, now_s)
         return now_s - self._stuck_at_s >= (PATIENCE_S if self._mission.obstacles_move else 0.0)
 
-    def _give_up_lead(self, reason: str) -> list[Command]:
+    def _give_up_lead(self, reason: str, now_s: float) -> list[Command]:
         """Rule 3."""
         strand, led = self._strand, self._strand.counters.led_in_vain
         if not self._has_lost_some or strand.robot in led or len(led) >= LEADERS_MAX:
-            may_come_back = self._some_are_left_out and self._driver.odometry.stood_s < COMES_BACK_S
+            # In an outage or a stop all bodies stand, and nobody can come back.
+            waited_s = min(self._driver.odometry.stood_s, now_s - self._stuck_at_s)
+            may_come_back = self._some_are_left_out and waited_s < COMES_BACK_S
             return [] if may_come_back else self._lose(reason)
         self._wish = Wish(Cause.NO_WAY, reason)
         return []

@@ -6,9 +6,11 @@ import pytest
 
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.exit_codes import ExitCode
-from protocol.faults.plan import NO_FAULTS, uniform
+from protocol.faults.plan import NO_FAULTS, Plan, uniform
+from protocol.faults.rules import Partition
 from protocol.timeline import RobotStranded, RunEnded
 from tests.support.scenes.corridor import PASSAGE_M, passage
+from tests.support.scenes.dead_ends import corridors, scene, walls_round
 from world.closing import Circumstances, verdict_of
 from world.judge.ending import Ending
 from world.judge.judgement import judge
@@ -73,6 +75,21 @@ def test_behind_a_dead_leader_nobody_can_go_on_and_the_route_is_lost_soon() -> N
 
 def test_a_body_behind_all_others_is_in_nobodys_way() -> None:
     rehearsal, _ = plugged(5, 5)
+    assert rehearsal.world.ending is Ending.ARRIVED
+
+
+@pytest.mark.parametrize("outage_s", [2.0, 20.0])
+def test_after_an_outage_of_all_the_route_is_not_lost_before_the_one_in_front_can_come_back(
+    outage_s: float,
+) -> None:
+    """Bodies stand in an outage, however long: that nobody moves says nothing of who comes back."""
+    free = corridors([(-0.5, 0.0), (4.0, 0.0)])
+    tube = scene(walls_round(free), robots=2, start=(0.0, 0.0, 0.0), goal=(3.5, 0.0))
+    rules = (
+        Partition(from_s=2.0, until_s=2.0 + outage_s, group=("r2",), others=("router",)),
+        Partition(from_s=2.0, until_s=6.0 + outage_s, group=("r1",), others=("router",)),
+    )
+    rehearsal = Rehearsal(tube, 1, Plan(name="outage", rules=rules)).run()
     assert rehearsal.world.ending is Ending.ARRIVED
 
 
