@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol.network.outbox import BATCH_ENTRIES_MAX, Outbox
-from protocol.timeline import Entry, Record, RouteLost
+from protocol.timeline import Entry, MessageRefused, Record, RouteLost
 from protocol.wire.codec import SIZE_MAX_BYTES, encode
 from protocol.wire.messages import LogBatch, Logged
 
@@ -183,3 +183,14 @@ def test_an_outbox_that_is_full_in_bytes_counts_refused_entries_and_has_room_aga
     outbox.acknowledged(Logged(up_to=1))
     outbox.add(RouteLost(reason="x" * 2000), t_s=0.0, hlc="")
     assert (numbers(outbox.batch(0.0)), outbox.lost_count) == ([4], 2)
+
+
+def test_refused_messages_leave_half_of_the_room_to_what_the_process_itself_has_to_say() -> None:
+    outbox = filled(0, capacity=10)
+    for _ in range(1000):  # a peer floods us with junk
+        outbox.add(MessageRefused(key="view/r2/r1", reason="junk"), t_s=0.0, hlc="")
+    for _ in range(5):
+        outbox.add(RouteLost(reason=""), t_s=0.0, hlc="")
+    (batch,) = all_batches(outbox, 0.0)
+    assert [type(entry.record) for entry in batch.entries] == [MessageRefused] * 5 + [RouteLost] * 5
+    assert outbox.lost_count == 995
