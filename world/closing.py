@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from protocol.faults.plan import Plan
-from protocol.keys import WORLD, robot_name
+from protocol.keys import WORLD, Keys, robot_name
+from protocol.network.traffic import Traffic
 from world.core import World
 from world.judge.books import Account, balance
 from world.judge.tally import Tally
@@ -33,6 +34,21 @@ class Circumstances:
     speed_reached: float | None = None
     """Simulated seconds per wall-clock second of the world's clock; None: in lock-step or rehearsed."""
     ticks_late: Late | None = None
+
+
+def account_of(traffic: Traffic, keys: Keys) -> Account:
+    """The message counts of a process, with keys as in the timeline."""
+
+    def counted(counts: Mapping[str, int]) -> dict[str, int]:
+        return {keys.behind_root(key): count for key, count in counts.items()}
+
+    return Account(
+        sent=counted(traffic.sent),
+        received=counted(traffic.received),
+        newest=counted(traffic.newest),
+        injected={fault: counted(by_key) for fault, by_key in traffic.injected_by_fault().items()},
+        refused=counted(traffic.refused),
+    )
 
 
 def verdict_of(world: World, circumstances: Circumstances) -> Verdict:

@@ -3,12 +3,15 @@
 Rule 1: an entry of the world is written before any message that depends on it is sent.
 Rule 2: the timeline is read back as it is written. The world judges what stands in the file, and the verdict
         says what does not stand there.
+Rule 3: a turn takes messages for `TAKE_WALL_S` at most; the rest waits. So however much a robot says, the
+        clock goes on, and a stop and a request to end are heard.
 """
 
 import logging
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -27,7 +30,7 @@ from protocol.network.session import Session
 from protocol.network.transport import Appeared, Arrival, Asked, Heard, Listed, Refused, Transport, Vanished
 from protocol.timeline import Entry, Record
 from protocol.wire.messages import Drive, LogBatch, Logged, Message, Phase, ScanQuery
-from world.closing import Circumstances, verdict_of
+from world.closing import Circumstances, account_of, verdict_of
 from world.commands import Command, Note, ServeScan, TellOdometry
 from world.core import World
 from world.events import (
@@ -44,7 +47,6 @@ from world.events import (
 )
 from world.faults import RunFaults
 from world.geometry.rays import NearDiscs
-from world.judge.books import Account
 from world.judge.verdict import Verdict
 from world.pace import Pace
 from world.record.progress import progress
@@ -57,6 +59,7 @@ log = logging.getLogger("world")
 
 STRUCK_S = 0.2  # wall: the launcher acts within about 5 ms
 CHECK_WALL_S = 0.5  # a folder that was removed is noticed within a second
+TAKE_WALL_S = 0.1  # a stop needs five turns to be read and answered
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,6 +110,8 @@ class Life:
             transport, conditions, self._keys, WORLD, lambda fault: self._note(self._world.now_s, fault)
         )
         self._faults, self._recorder, self._readback = faults, recorder, readback
+        self._untaken = deque[Arrival]()
+        """What has arrived and waits to be handled (rule 3)."""
         self._check_wall_s = 0.0
         """When the run's folder is checked next."""
         self._started_wall_s = self._over_wall_s = now_s = time.monotonic()
@@ -147,6 +152,11 @@ class Life:
         """Where the bodies are (n, 2) [world frame]."""
         return self._world.bodies.place_m
 
+    @property
+    def is_flooded(self) -> bool:
+        """Whether messages wait to be handled (rule 3): before that it takes in no others."""
+        return len(self._untaken) > 0
+
     def share_ground(self, others: NearDiscs) -> None:
         """See the hulls of other fleets, too."""
         self._world.arena.share_ground(others)
@@ -161,8 +171,10 @@ class Life:
 
     def turn(self, arrivals: Sequence[Arrival], asked: ExitCode | None) -> None:
         """Handle what has arrived, and look what follows from it; `asked`: to end, with this exit code."""
-        for arrival in arrivals:
-            self._take(arrival)
+        self._untaken.extend(arrivals)
+        until_s = time.monotonic() + TAKE_WALL_S
+        while self._untaken and time.monotonic() < until_s:
+            self._take(self._untaken.popleft())
         if asked is not None:
             self._handle(StopAsked(asked))
         self._read_back()
@@ -367,7 +379,6 @@ class Life:
             self._handle(EntryWritten(source, entry))
 
     def _pass_verdict(self) -> Verdict:
-        ours = self._transport.traffic
         return verdict_of(
             self._world,
             Circumstances(
@@ -375,17 +386,7 @@ class Life:
                 speed=self._request.speed,
                 started_at=self._started_at,
                 plan=self._request.plan,
-                traffic=None
-                if self._past is not None
-                else Account(
-                    sent=self._counted(ours.sent),
-                    received=self._counted(ours.received),
-                    newest=self._counted(ours.newest),
-                    injected={
-                        fault: self._counted(by_key) for fault, by_key in ours.injected_by_fault().items()
-                    },
-                    refused=self._counted(ours.refused),
-                ),
+                traffic=None if self._past is not None else account_of(self._transport.traffic, self._keys),
                 recorded=self._readback.read_count,
                 missing=self._recorder.missing,
                 lost=self._readback.lost(self._recorder.written),
@@ -395,6 +396,3 @@ class Life:
                 cpu_s=time.process_time(),
             ),
         )
-
-    def _counted(self, counts: Mapping[str, int]) -> dict[str, int]:
-        return {self._keys.behind_root(key): count for key, count in counts.items()}

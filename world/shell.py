@@ -138,8 +138,8 @@ def _wait_s(going: Sequence[Life], wall_s: float) -> float:
 async def _arrivals(going: Sequence[Life], wait_s: float) -> list[Sequence[Arrival]]:
     """Wait until something arrives for one of them; what has arrived for each."""
     if len(going) == 1:
-        return [await going[0].arrivals(wait_s)]
-    waits = [asyncio.ensure_future(life.arrivals(wait_s)) for life in going]
+        return [await _arrived(going[0], wait_s)]
+    waits = [asyncio.ensure_future(_arrived(life, wait_s)) for life in going]
     try:
         await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
     finally:
@@ -147,9 +147,17 @@ async def _arrivals(going: Sequence[Life], wait_s: float) -> list[Sequence[Arriv
             each.cancel()  # does nothing to those that are done
     await asyncio.wait(waits)
     return [
-        await life.arrivals(0.0) if each.cancelled() else each.result()
+        await _arrived(life, 0.0) if each.cancelled() else each.result()
         for life, each in zip(going, waits, strict=True)
     ]
+
+
+async def _arrived(life: Life, wait_s: float) -> Sequence[Arrival]:
+    """Wait until something arrives for a fleet; while it is flooded, only let the loop do its other work."""
+    if life.is_flooded:
+        await asyncio.sleep(0)
+        return ()
+    return await life.arrivals(wait_s)
 
 
 def _move(lives: Sequence[Life], ground: Ground | None) -> None:

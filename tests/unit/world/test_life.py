@@ -1,0 +1,88 @@
+"""The shell of the world of one fleet, over a transport that is played by the test."""
+
+import contextlib
+import time
+from collections.abc import Callable, Collection, Iterator, Sequence
+from pathlib import Path
+
+from protocol.faults.plan import NO_FAULTS
+from protocol.network.session import Session
+from protocol.network.traffic import Traffic
+from protocol.network.transport import Arrival, Asked
+from protocol.wire.messages import Ask, Message
+from world.faults import RunFaults
+from world.life import TAKE_WALL_S, Life, Request
+from world.record.readback import Readback
+from world.record.recorder import Recorder, open_events
+from world.record.run_files import header_of
+from world.scenario.scenario import load
+from world.shell import _arrived
+
+QUESTIONS = 30
+ANSWER_S = 0.01  # as a scan of many revolutions
+
+
+class Flooded:
+    """A transport with so many questions at once that to answer them takes longer than a turn may."""
+
+    def __init__(self, session: Session) -> None:
+        self.traffic = Traffic()
+        self.router: str | None = "router"
+        self.answered: list[int] = []
+        self._key = session.keys.mission()
+
+    async def arrivals(self, _: float | None) -> Sequence[Arrival]:
+        return [Asked(self._key, Ask(), self._answer(number)) for number in range(QUESTIONS)]
+
+    def put(self, key: str, message: Message) -> None:
+        pass
+
+    def ask(self, key: str, message: Message) -> None:
+        pass
+
+    def watch(self, patterns: Collection[str]) -> None:
+        pass
+
+    def timestamp(self) -> str:
+        return ""
+
+    def _answer(self, number: int) -> Callable[[Message], None]:
+        def answer(_: Message) -> None:
+            time.sleep(ANSWER_S)
+            self.answered.append(number)
+
+        return answer
+
+
+@contextlib.contextmanager
+def life_over(transport: Flooded, session: Session, folder: Path) -> Iterator[Life]:
+    scenario = load("grove")
+    header = header_of(scenario, NO_FAULTS, run="run", seed=1, speed=1.0, started_at="", hlc="")
+    request = Request(
+        scenario=scenario, session=session, out=folder, seed=1, speed=1.0, lifeline=None, private=folder
+    )
+    with open_events(folder) as file, contextlib.closing(Readback(folder, file)) as readback:
+        yield Life(
+            request,
+            transport,
+            Recorder(file, header),
+            readback,
+            "",
+            faults=RunFaults(NO_FAULTS, 1, robots=scenario.fleet.robots),
+            past=None,
+        )
+
+
+async def test_a_turn_takes_messages_for_a_limited_time_and_the_rest_in_order_in_later_turns(
+    tmp_path: Path,
+) -> None:
+    session = Session(fleet="clew", run="run", name="world", endpoints=("tcp/127.0.0.1:1",))
+    transport = Flooded(session)
+    with life_over(transport, session, tmp_path) as life:
+        life.turn(await _arrived(life, 1.0), None)
+        assert len(transport.answered) <= TAKE_WALL_S / ANSWER_S + 1
+        while len(transport.answered) < QUESTIONS:
+            assert await _arrived(life, 1.0) == ()  # it takes in no more before
+            life.turn((), None)
+        assert len(await _arrived(life, 1.0)) == QUESTIONS
+    assert transport.answered == list(range(QUESTIONS))
