@@ -30,6 +30,7 @@ Endpoint = Annotated[str, Meta(pattern=ENDPOINT, max_length=300)]
 T = TypeVar("T")
 
 ROUTERS_MAX = 2  # one carries the fleet; the other takes over when it dies
+CERTIFIED = ("tls/", "quic/")  # the protocols of Zenoh that use certificates
 UNIX_SOCKET = "unixsock-stream/"
 UNIX_SOCKET_PATH_BYTES_MAX = 107  # sockaddr_un of Linux: 108 with the closing NUL
 ROUTER_FILE = "router.json"
@@ -60,6 +61,17 @@ class Session(Struct, frozen=True, kw_only=True):
     def keys(self) -> Keys:
         """The keys of its run."""
         return Keys(self.fleet, self.run)
+
+    @property
+    def no_link(self) -> str:
+        """Why it may have no link to a router: Zenoh does not tell which it is."""
+        addresses = [endpoint.partition("#")[0] for endpoint in self.endpoints]  # settings of Zenoh follow
+        wants = f"refuses the password of {self.name}"
+        if self.password is None:
+            wants = "wants a password: there is none with --connect"
+        if any(address.startswith(CERTIFIED) for address in addresses):
+            wants += ", or a certificate is refused"
+        return f"no router answers at {' or '.join(addresses)}, or it {wants}"
 
 
 class RouterSession(Struct, frozen=True, kw_only=True):

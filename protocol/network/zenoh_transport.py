@@ -329,10 +329,7 @@ def _connected(session: Session, patience_s: float) -> zenoh.Session:
             return zenoh.open(zenoh.Config.from_json5(json.dumps(client_settings(session))))
         except zenoh.ZError as error:
             if time.monotonic() >= until_s:
-                raise UsageError(
-                    f"no router answers at {' or '.join(session.endpoints)}, "
-                    f"or it refuses the password of {session.name}"
-                ) from error
+                raise UsageError(session.no_link) from error
         time.sleep(RETRY_S)
 
 

@@ -16,7 +16,8 @@ import pytest
 import zenoh
 from zenoh.handlers import Callback
 
-from protocol.keys import Keys
+from protocol.keys import WORLD, Keys
+from protocol.network.access import user_name
 from protocol.network.session import read_session, unix_socket_endpoint, write_sessions
 from protocol.network.settings import client_settings
 from protocol.network.transport import Arrival, Asked, Heard, Refused
@@ -336,9 +337,9 @@ async def test_a_key_that_is_a_pattern_or_too_long_names_no_sender_and_is_refuse
 
 WRONG = {
     "wrong password": {"password": "wrong"},
-    "another's name": {"user": "r1"},
-    "the world's name": {"user": "world"},
-    "unknown name": {"user": "r9"},
+    "another's name": {"user": user_name(KEYS, "r1")},
+    "the world's name": {"user": user_name(KEYS, WORLD)},
+    "unknown name": {"user": user_name(KEYS, "r9")},
     "no password": {"user": None, "password": None},
 }
 

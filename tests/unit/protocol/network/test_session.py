@@ -172,3 +172,26 @@ def test_of_two_routers_the_second_connects_to_the_first_and_knows_it_by_the_id_
         known.add(session.first)
     assert len(known) == 2
     assert read_router_session(folder).endpoints == tuple(endpoints)
+
+
+@pytest.mark.parametrize(
+    ("endpoint", "password", "said"),
+    [
+        ("tcp/a:1", "x", "no router answers at tcp/a:1, or it refuses the password of r1"),
+        (
+            "tcp/a:1",
+            None,
+            "no router answers at tcp/a:1, or it wants a password: there is none with --connect",
+        ),
+        (
+            "tls/a:1#root_ca_certificate_file=/ca.pem",
+            "x",
+            "no router answers at tls/a:1, or it refuses the password of r1, or a certificate is refused",
+        ),
+    ],
+)
+def test_a_session_without_a_link_says_only_what_can_be_the_reason(
+    endpoint: str, password: str | None, said: str
+) -> None:
+    session = Session(fleet="f", run="r", name="r1", endpoints=(endpoint,), password=password)
+    assert session.no_link == said
