@@ -1,15 +1,29 @@
 """The fleet's router as a process: it reports when it is ready, ends on request, takes no used address."""
 
+import shutil
 import signal
 import socket
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
+from protocol.errors import UsageError
+from protocol.network.session import read_session, write_sessions
+from protocol.network.zenoh_transport import open_transport
 from protocol.process.asked import EXIT_CODES
 from tests.support.deadline import DEADLINE_S
-from tests.support.processes.wire import KEYS, drive, fleet, next_arrivals, python, router, session_folder
+from tests.support.processes.wire import (
+    KEYS,
+    drive,
+    fleet,
+    next_arrivals,
+    python,
+    router,
+    session_folder,
+)
 
 
 @pytest.fixture
@@ -117,3 +131,36 @@ def test_help_describes_the_router() -> None:
         output, _ = process.communicate(timeout=DEADLINE_S)
     assert process.returncode == 0
     assert "The fleet's Zenoh router" in output
+
+
+def certify(folder: Path, name: str) -> tuple[Path, Path]:
+    """A key, and a certificate for this machine that it has signed itself."""
+    key, certificate = folder / f"{name}.key", folder / f"{name}.pem"
+    told = f"-subj /CN={name} -addext subjectAltName=IP:127.0.0.1 -addext basicConstraints=CA:FALSE"
+    made = f"-newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -keyout {key} -out {certificate} -days 2"
+    subprocess.run(["openssl", "req", "-x509", *told.split(), *made.split()], check=True, capture_output=True)
+    return key, certificate
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="openssl makes the certificates")
+async def test_over_tls_a_process_talks_to_the_router_with_the_right_certificate_alone(
+    folder: Path, tcp_endpoint: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    address, plain = tcp_endpoint.replace("tcp/", "tls/"), tcp_endpoint
+    key, certificate = certify(folder, "router")
+    _, another = certify(folder, "another")
+    settings = f"listen_private_key_file={key};listen_certificate_file={certificate}"
+    endpoint = f"{address}#{settings};root_ca_certificate_file={certificate}"
+    write_sessions(folder, fleet=KEYS.fleet, run=KEYS.run, robots=3, endpoints=[endpoint])
+    with router(folder):
+        async with fleet(folder, "r1") as (world, robot):
+            robot.put(KEYS.drive("r1"), drive(1))
+            await next_arrivals(world)
+        monkeypatch.setattr("protocol.network.zenoh_transport.connect_s", lambda _: 0.3)
+        for wrong in (f"{address}#root_ca_certificate_file={another}", address, plain):
+            session = replace(read_session(folder / "r1.json"), endpoints=(wrong,))
+            with (
+                pytest.raises(UsageError, match="no router answers"),
+                open_transport(session, hear=[], answer=[], alive=None, watch=[]),
+            ):
+                pass
