@@ -19,7 +19,7 @@ from protocol.faults.fit import misfits
 from protocol.faults.plan import Plan
 from protocol.faults.process_faults import ProcessAction, ProcessFault, ProcessFaults
 from protocol.faults.roles import Roles
-from protocol.faults.rules import MessageRule, ProcessRule, Restart, Rule, Thaw
+from protocol.faults.rules import MessageRule, ProcessRule, Restart, Rule, Slow, Thaw
 from protocol.keys import WORLD, robot_name
 from protocol.timeline import Entry, FaultInjected, RobotStarted, WorldResumed
 from protocol.wire.messages import Faults
@@ -50,6 +50,7 @@ class RunFaults:
         self._last_action: dict[str, str] = {}
         """The last action on each process that stopped or resumed it."""
         self._slow_s: dict[str, float] = {}
+        self._delays_s = {str(rule.name): rule.delay_s for rule in plan.rules if isinstance(rule, Slow)}
         self._given = 0
         self._news = 0
         self._told_news, self._told_s = 0, 0.0
@@ -59,6 +60,13 @@ class RunFaults:
     def recall(self, source: str, _: str, entry: Entry) -> None:
         """Process an entry from before the world was started again."""
         self.hear(source, entry)
+        match entry.record:
+            case FaultInjected(fault="slow", rule=rule, process=str(process)) if rule in self._delays_s:
+                self._slow_s[process] = self._delays_s[rule]
+            case FaultInjected(fault="unslow", process=str(process)):
+                self._slow_s.pop(process, None)
+            case _:
+                pass
 
     def hear(self, source: str, entry: Entry) -> None:
         """Process a timeline entry."""

@@ -8,6 +8,8 @@ Rule 2: a robot's own process is the first to know the points of its step. So it
 Rule 3: a process that a rule has killed and not restarted has no role.
 Rule 4: no rule strikes a dead robot, for any cause of death: it waits until the robot is alive (`ended`).
         Nor does a thaw strike a process that is not frozen.
+Rule 5: a world that is started again learns from the timeline what has been injected: no part of a fault is
+        injected twice, and none that was still to come is forgotten.
 """
 
 import heapq
@@ -15,6 +17,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import assert_never
 
 from protocol.faults.chance import draws
 from protocol.faults.ended import Ended
@@ -36,6 +39,10 @@ class ProcessAction(StrEnum):
     UNSLOW = "unslow"
 
 
+ENDS = frozenset({ProcessAction.START, ProcessAction.THAW, ProcessAction.UNSLOW})
+"""The actions that end a fault."""
+
+
 @dataclass(frozen=True, slots=True)
 class ProcessFault:
     """One action on one process, due now. The process that injects it records `fault.injected`."""
@@ -47,6 +54,11 @@ class ProcessFault:
     """Of `slow`: the delay of each read of the inbox."""
     for_s: float | None = None
     """The time until another fault undoes it; None: unknown, or never."""
+
+    @property
+    def part(self) -> tuple[str, str, str]:
+        """What its entry says: each part of a fault is injected once."""
+        return self.rule, str(self.action), self.process
 
     def as_record(self) -> FaultInjected:
         """Its entry in the timeline."""
@@ -60,7 +72,7 @@ class ProcessFaults:
         """The rules of a plan; `frozen` are the processes that others have frozen before."""
         rules = [rule for rule in plan.rules if isinstance(rule, ProcessRule)]
         self._seed = seed
-        self._names = {str(rule.name) for rule in rules}
+        self._rules = {str(rule.name): rule for rule in rules}
         self._pending = {str(rule.name): rule for rule in rules if _comes_true(rule, seed)}
         self.has_points = any(rule.point is not None for rule in self._pending.values())
         """Whether any rule strikes at a point of a robot's step."""
@@ -78,9 +90,9 @@ class ProcessFaults:
         self._pending = {
             name: rule
             for name, rule in rules.items()
-            if name in self._pending or (name not in self._names and _comes_true(rule, self._seed))
+            if name in self._pending or (name not in self._rules and _comes_true(rule, self._seed))
         }
-        self._names |= rules.keys()
+        self._rules |= rules
         self.has_points |= any(rule.point is not None for rule in self._pending.values())
         self._ended.expect(plan.rules)
 
@@ -105,15 +117,27 @@ class ProcessFaults:
         self._roles.hear(source, entry)
         self._ended.hear(source, entry)
         match entry.record:
-            case FaultInjected(rule=rule, process=str(process)) if rule in self._pending:
-                # A robot has injected a fault into itself, at a point of its step.
-                self._strike(self._pending[rule], (process,), entry.t_s)
+            case FaultInjected(rule=rule, fault=action, process=str(process)) if rule in self._rules:
+                self._hear_injected(self._rules[rule], action, process, entry.t_s)
             case WorldResumed():
                 self.note_recovered(WORLD, entry.t_s)  # the clock stood still while the world was away
             case RobotStarted():
                 self._reached = Counter({at: n for at, n in self._reached.items() if at[1] != source})
             case _:
                 pass
+
+    def _hear_injected(self, rule: ProcessRule, action: str, process: str, t_s: float) -> None:
+        """Rule 5; what was injected here is known already, and changes nothing."""
+        self._pending.pop(str(rule.name), None)
+        if action not in ENDS:
+            self._begin(rule, process, t_s)
+            return
+        ended = str(rule.name), action, process
+        for each in [each for each in self._later if each[2].part == ended]:
+            self._later.remove(each)
+            if action == ProcessAction.START:
+                self._down.discard(process)
+        heapq.heapify(self._later)
 
     def due(self, now_s: float) -> list[ProcessFault]:
         """The faults that are due by now, each once, in order; without those at points of a step."""
@@ -164,35 +188,39 @@ class ProcessFaults:
 
     def _strike(self, rule: ProcessRule, processes: Sequence[str], now_s: float) -> list[ProcessFault]:
         """The rule's first faults; what follows of them is kept until it is due."""
+        del self._pending[str(rule.name)]
+        return [self._begin(rule, process, now_s) for process in processes]
+
+    def _begin(self, rule: ProcessRule, process: str, now_s: float) -> ProcessFault:
+        """A rule's first fault of one process; what follows of it is kept until it is due."""
         name = str(rule.name)
-        del self._pending[name]
-        faults: list[ProcessFault] = []
-        for process in processes:
-            match rule:
-                case Kill():
-                    self._down.add(process)
-                    faults.append(ProcessFault(name, ProcessAction.KILL, process))
-                case Restart(after_s=after_s):
-                    self._down.add(process)
-                    faults.append(ProcessFault(name, ProcessAction.KILL, process, for_s=after_s))
-                    self._keep(now_s + after_s, ProcessFault(name, ProcessAction.START, process))
-                case Freeze(for_s=for_s):
-                    faults.append(ProcessFault(name, ProcessAction.FREEZE, process, for_s=for_s))
-                    if for_s is not None:
-                        self._keep(now_s + for_s, ProcessFault(name, ProcessAction.THAW, process))
-                case Thaw():
-                    faults.append(ProcessFault(name, ProcessAction.THAW, process))
-                case Slow(delay_s=delay_s, for_s=for_s):
-                    faults.append(ProcessFault(name, ProcessAction.SLOW, process, delay_s))
-                    if for_s is not None:
-                        self._keep(now_s + for_s, ProcessFault(name, ProcessAction.UNSLOW, process))
-        for fault in faults:
-            self._ended.note_action(fault.process, fault.action)
-        return faults
+        match rule:
+            case Kill():
+                fault = ProcessFault(name, ProcessAction.KILL, process)
+            case Restart(after_s=after_s):
+                fault = ProcessFault(name, ProcessAction.KILL, process, for_s=after_s)
+                self._keep(now_s + after_s, ProcessFault(name, ProcessAction.START, process))
+            case Freeze(for_s=for_s):
+                fault = ProcessFault(name, ProcessAction.FREEZE, process, for_s=for_s)
+                if for_s is not None:
+                    self._keep(now_s + for_s, ProcessFault(name, ProcessAction.THAW, process))
+            case Thaw():
+                fault = ProcessFault(name, ProcessAction.THAW, process)
+            case Slow(delay_s=delay_s, for_s=for_s):
+                fault = ProcessFault(name, ProcessAction.SLOW, process, delay_s)
+                if for_s is not None:
+                    self._keep(now_s + for_s, ProcessFault(name, ProcessAction.UNSLOW, process))
+            case _:
+                assert_never(rule)
+        if fault.action is ProcessAction.KILL:
+            self._down.add(process)
+        self._ended.note_action(process, fault.action)
+        return fault
 
     def _keep(self, due_s: float, fault: ProcessFault) -> None:
-        self._count += 1
-        heapq.heappush(self._later, (due_s, self._count, fault))
+        if all(kept.part != fault.part for _, _, kept in self._later):
+            self._count += 1
+            heapq.heappush(self._later, (due_s, self._count, fault))
 
 
 def _comes_true(rule: ProcessRule, seed: int) -> bool:
