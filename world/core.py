@@ -149,18 +149,17 @@ class World:
         self.attendance.recall(past.come, past.dead, gone, past.incarnations, wall_s=wall_s)
         if past.ended is not None:  # only the verdict is missing
             self.ending = next(ending for ending in Ending if past.ended.startswith(ending))
-            self.over_s, self.survivors = past.newest_s, frozenset(self.attendance.living)
+            self.over_s = min(past.newest_s, self.tally.over_s)
+            self.survivors = frozenset(self.attendance.living)
             self.phase = Phase.CLOSING
             return []
         self._returned_wall_s = wall_s
         self._started = bool(past.bodies)
         self.answers.begin(self.attendance.robots, wall_s=wall_s)
         notes = self.arena.resume(past) if self._started else []
-        notes.append(
-            self.arena.note(WorldResumed(life=past.life, entries=past.count, torn_bytes=past.torn_bytes))
-        )
+        resumed = WorldResumed(life=past.life, entries=past.count, torn_bytes=past.torn_bytes)
         begun = [*self.arena.place(), *self.arena.restart_fence()] if self._started else []
-        return [*notes, *begun]
+        return [*notes, self.arena.note(resumed), *begun]
 
     def restart(self, *, wall_s: float) -> list[Command]:
         """Go on as a world that was started again and has restored the state of the one that was killed."""

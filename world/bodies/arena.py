@@ -123,11 +123,10 @@ class Arena:
     def resume(self, past: Past) -> list[Note]:
         """Resume from a timeline: bodies stand at their last recorded poses, which are recorded again."""
         self._go_to(round(past.newest_s / TICK_S))
-        notes: list[Note] = []
         for robot, known in past.bodies.items():
             self._stand_as(robot - 1, known)
-            if not known.sampled:  # the body was there at that time, before the next recorded one
-                notes += self._samples([robot - 1])
+        # Bodies were there at that time, before the next recorded one.
+        notes = self._samples([robot - 1 for robot, known in past.bodies.items() if not known.sampled])
         instants = math.ceil((past.newest_s + QUIET_S - ROUNDING_S) / (TICK_S * ODOMETRY_TICKS))
         self._go_to(instants * ODOMETRY_TICKS)
         self._noted_s = self.moved_s = self.now_s
