@@ -62,6 +62,8 @@ def _run_one(arguments: argparse.Namespace, private: Path, session: Session) -> 
 
 def _run_all(arguments: argparse.Namespace, sessions: Sequence[tuple[Path, Session]]) -> TogetherVerdict:
     """Run several fleets on one ground."""
+    if arguments.resume:
+        raise UsageError("--resume: the clocks of several fleets would go on from different times")
     folder = arguments.run
     check_is_run(folder)
     shared = load_fleets(str(folder / SCENARIO_FILE))

@@ -357,3 +357,11 @@ async def test_a_restarted_world_refuses_a_scenario_that_was_changed_meanwhile(f
         said = end(world)
     assert world.returncode == 2
     assert said.splitlines()[-1].endswith("scenario.toml: was changed after the run had begun")
+
+
+def test_a_world_of_several_fleets_is_not_resumed(folder: Path) -> None:
+    session = ["--session", str(folder / "world.json")]
+    with python(*world_arguments(folder, *session, "--resume")) as world:
+        said = end(world)
+    assert world.returncode == 2
+    assert said == "world: --resume: the clocks of several fleets would go on from different times\n"
