@@ -246,14 +246,14 @@ class Life:
         """Stop the fleet as its operator, or release it; returns what it is in the timeline.
 
         Raises:
-            UsageError: the run is not active, or there is nothing to stop or to release.
+            UsageError: the run is not active, or there is nothing to release.
         """
         self._check_running()
         before = self._world.arena.fence
         change = Stop() if stop else Release(generation=before.epoch.generation)
         self._handle(FencePut(NOBODY_NUMBER, change))
-        if (fence := self._world.arena.fence) == before:
-            raise UsageError("the fleet is stopped already" if stop else "the fleet is not stopped")
+        if (fence := self._world.arena.fence) == before and not stop:
+            raise UsageError("the fleet is not stopped")
         return f"{fence.may}, epoch {fence.epoch.number}"
 
     def go(self, for_s: float) -> str:

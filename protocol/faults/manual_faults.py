@@ -5,6 +5,8 @@ The operator's stop takes the same way: it needs a world that can be reached, an
 Rule 1: the world's socket is in the run's private folder, so only the user can reach it. A file in the run's
         folder names the socket while the run is active.
 Rule 2: a world that was killed is started again: a request waits for it. An emergency stop must not be lost.
+        So one is asked again if the world ends before it answers: asked twice, it stops the fleet once.
+        Nothing else is, since nobody knows whether it was done.
 """
 
 import os
@@ -83,13 +85,7 @@ def request_fault(run: Path, request: Request) -> str:
         UsageError: the run is over, or the world refuses the request.
     """
     try:
-        where = os.fsdecode(read_bytes(run / WHERE_FILE, LINE_BYTES_MAX))
-        with socket.socket(socket.AF_UNIX) as connection:
-            connection.settimeout(ANSWER_S_MAX)
-            _connect(connection, where)
-            connection.sendall(msgspec.json.encode(request) + b"\n")
-            with connection.makefile("rb") as file:
-                answer = msgspec.json.decode(file.readline(LINE_BYTES_MAX), type=Answer)
+        answer = _answer(run, request)
     except FileNotFoundError as error:
         if not run.exists():
             raise no_run_in(run) from error
@@ -105,13 +101,32 @@ def request_fault(run: Path, request: Request) -> str:
     return answer.name
 
 
-def _connect(connection: socket.socket, where: str) -> None:
-    """Rule 2: as long as there is a socket, there will be a world, or the launcher removes it."""
+def _answer(run: Path, request: Request) -> Answer:
+    """Rule 2: as long as there is a file that names the socket, there will be a world."""
+    ends_with = ConnectionError if request == HaltRequest(stop=True) else ConnectionRefusedError
     until_s = time.monotonic() + AGAIN_S_MAX
     while True:
         try:
-            return connection.connect(where)
-        except ConnectionRefusedError:
+            return _asked_once(run, request)
+        except ends_with:
             if time.monotonic() >= until_s:
                 raise
         time.sleep(AGAIN_EVERY_S)
+
+
+def _asked_once(run: Path, request: Request) -> Answer:
+    where = os.fsdecode(read_bytes(run / WHERE_FILE, LINE_BYTES_MAX))
+    with socket.socket(socket.AF_UNIX) as connection:
+        connection.settimeout(ANSWER_S_MAX)
+        try:
+            connection.connect(where)
+        except FileNotFoundError:
+            if Path(where).parent.exists():  # a world that starts is putting its socket there
+                raise ConnectionRefusedError from None
+            raise
+        connection.sendall(msgspec.json.encode(request) + b"\n")
+        with connection.makefile("rb") as file:
+            said = file.readline(LINE_BYTES_MAX)
+    if not said.endswith(b"\n"):
+        raise ConnectionResetError
+    return msgspec.json.decode(said, type=Answer)

@@ -102,6 +102,26 @@ async def test_a_stop_waits_for_a_world_that_was_killed_and_is_started_again(tmp
         assert await asking == "True"
 
 
+@pytest.mark.parametrize("request_", [HaltRequest(stop=False), FaultRequest(rule=Drop())])
+async def test_only_a_stop_is_asked_again_if_the_world_is_killed_before_it_answers(
+    tmp_path: Path, request_: Request
+) -> None:
+    (tmp_path / WHERE_FILE).write_text(str(tmp_path / SOCKET))
+    with socket.socket(socket.AF_UNIX) as killed:
+        killed.bind(str(tmp_path / SOCKET))
+        killed.listen()
+        asking = [asyncio.create_task(ask(tmp_path, each)) for each in (HaltRequest(stop=True), request_)]
+        for _ in asking:
+            connection, _ = await asyncio.to_thread(killed.accept)
+            connection.recv(100)
+            connection.close()
+    (tmp_path / SOCKET).unlink()  # as a world that starts does, before its own socket is there
+    with pytest.raises(UsageError, match="ask again if the run goes on"):
+        await asking[1]
+    async with heard(tmp_path, tmp_path, Serves(no_rule, no_end, lambda *, stop: f"{stop}", no_go)):
+        assert await asking[0] == "True"
+
+
 async def test_what_fails_while_a_request_is_served_ends_the_world(tmp_path: Path) -> None:
     def halt(*, stop: bool) -> str:
         raise RecordingFailedError(f"cannot record a fence, stop={stop}")
@@ -124,7 +144,7 @@ async def test_a_held_run_is_asked_to_go_on_and_answers_with_its_time(tmp_path: 
 
 
 async def test_a_fault_request_to_a_killed_world_reports_the_end_of_the_run(tmp_path: Path) -> None:
-    (tmp_path / WHERE_FILE).write_text(str(tmp_path / "gone.sock"))
+    (tmp_path / WHERE_FILE).write_text(str(tmp_path / "gone" / SOCKET))
     with pytest.raises(UsageError, match="run"):
         await ask(tmp_path, FaultRequest(rule=Drop()))
 
