@@ -96,7 +96,8 @@ async def supervise(
             return await shell.code
     finally:
         shell.processes.kill()
-        (run.folder / WHERE_FILE).unlink(missing_ok=True)  # a world that was killed has left it
+        for fleet in run.fleets or ("",):  # a world that was killed has left it
+            (run.folder / fleet / WHERE_FILE).unlink(missing_ok=True)
 
 
 class _Shell:

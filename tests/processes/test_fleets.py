@@ -87,4 +87,5 @@ def test_a_world_of_several_fleets_that_is_killed_ends_the_run(fleet: Fleet) -> 
     outcome = fleet.end()
     assert outcome.code == 128 + signal.SIGKILL, outcome.err
     assert not fleet.verdict()["ok"]
+    assert list(fleet.folder().glob("*/faults.at")) == []
     assert fleet.leftovers() == []

@@ -4,7 +4,8 @@ from typing import Any
 
 import pytest
 
-from clew.judge.agree import disagreements
+from clew.judge.agree import differences, disagreements
+from clew.judge.poses import Least
 from tests.support.judges import found, poses, scenario
 
 POST = {"shape": "circle", "centre_m": [4.0, 0.4], "radius_m": 0.2}
@@ -78,6 +79,14 @@ def test_who_stands_at_the_goal_beside_the_chain_may_have_arrived(second_m: floa
 def test_a_failed_verdict_that_measured_nothing_is_not_compared(ok: bool) -> None:
     nothing = dict.fromkeys(("clearance_m_min", "separation_m_min"))
     assert bool(differs({**nothing, "ok": ok})) is ok
+
+
+@pytest.mark.parametrize("measured", [True, False])
+def test_a_failed_verdict_on_several_fleets_that_measured_nothing_is_not_compared(measured: bool) -> None:
+    """The launcher writes it when their world was killed: it knows where they started."""
+    near = [Least(distance_m=0.14, t_s=7.3, what="robot 1 of east and robot 1 of west")]
+    said = {"ok": False, "sim_s": 7.4 * measured, "between_m_min": 5.8, "contact_count": 0, "fleets": {}}
+    assert bool(list(differences(near, {}, said))) is measured
 
 
 def test_a_verdict_may_fail_for_what_poses_do_not_show() -> None:
