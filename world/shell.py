@@ -73,11 +73,14 @@ async def _opened(request: Request) -> AsyncIterator[Life]:
     hear = [keys.drive("*"), keys.fence("*"), keys.log("*")]
     answer = [keys.scan("*"), keys.mission()]
     alive, watch = keys.alive(WORLD, secrets.token_hex(4)), [keys.tokens_of("*")]
-    with (
-        open_transport(request.session, hear=hear, answer=answer, alive=alive, watch=watch) as transport,
-        # Last, so that a run that cannot start leaves no files.
-        open_events(request.out) if past is None else continue_events(request.out, past.whole_bytes) as file,
-    ):
+    with contextlib.ExitStack() as files:
+        if past is not None:  # first of all: nobody is to see a second world of a run
+            file = files.enter_context(continue_events(request.out, past.whole_bytes))
+        transport = files.enter_context(
+            open_transport(request.session, hear=hear, answer=answer, alive=alive, watch=watch)
+        )
+        if past is None:  # last, so that a run that cannot start leaves no files
+            file = files.enter_context(open_events(request.out))
         header = _header(request, transport) if past is None else past.header
         recorder = Recorder(file, header if past is None else None, written)
         mark_begun(request.private)

@@ -359,6 +359,20 @@ async def test_a_restarted_world_refuses_a_scenario_that_was_changed_meanwhile(f
     assert said.splitlines()[-1].endswith("scenario.toml: was changed after the run had begun")
 
 
+async def test_a_second_world_does_not_resume_a_run_that_goes_on(folder: Path) -> None:
+    arguments = world_arguments(folder, "--resume")
+    with python(*arguments) as world, robot_transport(folder, "r1") as transport:
+        player = Player(transport)
+        await player.hear(is_in(Phase.RUNNING))
+        with python(*arguments) as second:
+            said = end(second)
+        assert second.returncode == 2
+        assert said.splitlines()[-1].endswith("events.jsonl: another world writes it")
+        await player.live()
+        said = end(world)
+    assert world.returncode == 0, said
+
+
 def test_a_world_of_several_fleets_is_not_resumed(folder: Path) -> None:
     session = ["--session", str(folder / "world.json")]
     with python(*world_arguments(folder, *session, "--resume")) as world:

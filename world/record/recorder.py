@@ -8,8 +8,10 @@ Rule 4: a fence of a live world is on the disk before anyone is told of it, so i
         a power cut (F3 of docs/strand.md). All else that such a cut may lose is no matter of safety.
 Rule 5: a restarted source is a new incarnation and counts from 1. Once its first entry is written, entries of
         earlier incarnations are no longer accepted: what they had not sent is lost.
+Rule 6: one world writes a timeline. Two would be two registers of one fence.
 """
 
+import fcntl
 import os
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -202,8 +204,24 @@ def open_events(folder: Path) -> FileIO:
     try:
         if not folder.is_dir():
             make_folder(folder)
-        return open_private(path, "x")
+        return held_alone(open_private(path, "x"))
     except OSError as error:
         if path.exists():
             raise UsageError(f"{path}: a run has been recorded there already") from error
         raise UsageError(f"{path}: cannot be written: {error.strerror}") from error
+
+
+def held_alone(file: FileIO) -> FileIO:
+    """Keep other worlds from writing this file as long as this process has it open (rule 6).
+
+    Raises:
+        BlockingIOError: another world writes it.
+    """
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        file.close()
+        raise
+    except OSError:  # a file system without locks
+        pass
+    return file

@@ -41,7 +41,7 @@ from protocol.timeline import (
 )
 from world.judge.tally import Tally
 from world.record.lines import Line, read_lines
-from world.record.recorder import EVENTS_FILE, Header
+from world.record.recorder import EVENTS_FILE, Header, held_alone
 
 READ_BYTES = 1 << 18
 QUIET_S = 1.0
@@ -231,13 +231,15 @@ def continue_events(folder: Path, whole_bytes: int) -> FileIO:
     """Open the timeline of a resumed run, cut off after its last complete line.
 
     Raises:
-        UsageError: it cannot be written.
+        UsageError: it cannot be written, or another world writes it.
     """
     path = folder / EVENTS_FILE
     try:
-        file = open_private(path, "r+")
+        file = held_alone(open_private(path, "r+"))
         file.truncate(whole_bytes)
         file.seek(0, os.SEEK_END)
+    except BlockingIOError as error:
+        raise UsageError(f"{path}: another world writes it") from error
     except OSError as error:
         raise UsageError(f"{path}: cannot be written: {error.strerror}") from error
     return file
