@@ -1,7 +1,8 @@
 """How robots that are left out are let in: they ask the leader, and the leader proposes a view. Liveness.
 
 Rule 1: a leader lets the same robot in again after a time that doubles, to a limit, so that one that keeps
-        failing does not stop the others all the time.
+        failing does not stop the others all the time. The times when it has arrived count apart: by then
+        others have moved out of the way, and before long the run is over for those that are left out.
 Rule 2: it proposes that view when it next stands, or after `STOP_S`.
 Rule 3: a robot for which no way was found says so until a body has moved, in later views, too. Only a leader
         that has arrived lets it in then.
@@ -27,8 +28,11 @@ class Pleas:
 
     timing: Timing
     _asked: dict[int, float] = field(default_factory=dict)
-    _let_in: Counter[int] = field(default_factory=Counter)
-    _not_before_s: dict[int, float] = field(default_factory=dict)
+    _has_arrived: bool = False
+    """Whether this robot had, when it was asked last."""
+    _let_in: Counter[tuple[int, bool]] = field(default_factory=Counter)
+    """How often, by the robot and whether this one had arrived."""
+    _not_before_s: dict[tuple[int, bool], float] = field(default_factory=dict)
     _said_at_s: float = -float("inf")
     _stranded_s: float = -float("inf")
 
@@ -66,7 +70,8 @@ class Pleas:
             stranded: whether no way was found for it.
             arrived: whether this robot has.
         """
-        if now_s >= self._not_before_s.get(robot, 0.0) and (arrived or not stranded):
+        self._has_arrived = arrived
+        if now_s >= self._not_before_s.get((robot, arrived), 0.0) and (arrived or not stranded):
             self._asked.setdefault(robot, now_s)
 
     def reason(self, now_s: float, *, stands: bool) -> Reason | None:
@@ -85,9 +90,9 @@ class Pleas:
 
     def let_in(self, robots: Iterable[int], now_s: float) -> None:
         """A view has been proposed for these robots, or has found no way for them; both count once."""
-        for robot in robots:
-            if now_s < self._not_before_s.get(robot, 0.0):
+        for key in [(robot, self._has_arrived) for robot in robots]:
+            if now_s < self._not_before_s.get(key, 0.0):
                 continue
-            wait_s = self.timing.plea_again_s * 2.0 ** self._let_in[robot]
-            self._not_before_s[robot] = now_s + min(wait_s, self.timing.plea_again_s_max)
-            self._let_in[robot] += 1
+            wait_s = self.timing.plea_again_s * 2.0 ** self._let_in[key]
+            self._not_before_s[key] = now_s + min(wait_s, self.timing.plea_again_s_max)
+            self._let_in[key] += 1
