@@ -34,7 +34,7 @@ class View:
     """Where the robots may be whose hits were removed: polylines (k, 2) of ground."""
 
     def __post_init__(self) -> None:
-        fix(self.position, self.bearings_rad, self.ranges_m, self.hits)
+        fix(self.position, self.bearings_rad, self.ranges_m, self.hits, *self.robots)
 
     @property
     def rays(self) -> Floats:
@@ -59,7 +59,7 @@ class View:
         return float(self.ranges_m[self.hits].min()) if self.hits.any() else None
 
     def copied(self) -> "View":
-        """The same in arrays of its own, without earlier scans."""
+        """The same in arrays of its own, without earlier scans and the ground of robots."""
         return replace(
             self,
             position=self.position.copy(),
@@ -67,6 +67,7 @@ class View:
             ranges_m=self.ranges_m.copy(),
             hits=self.hits.copy(),
             earlier=(),
+            robots=(),
         )
 
     def without(self, seen: Flags, robots: Iterable[Floats]) -> "View":
