@@ -2,7 +2,8 @@
 
 Rule 1: it plans only where the path ends. If its body stands elsewhere, it wants a new formation.
 Rule 2: where the only way leads back, it wants the strand to turn round, `TURNS_MAX` times at most without a
-        step towards the goal between them. A tail that leads it out does not turn it round on a cleared map.
+        step towards the goal between them. A tail that leads it out does not turn it round on a cleared map,
+        and makes room before it takes a short step to the goal: that may end in a gap a little too narrow.
 Rule 3: where it knows no way on, and the strand has lost robots, it wants another robot to lead. The route is
         lost if `LEADERS_MAX` have led in vain, or this one before, and, where robots are left out, no body
         has moved for `COMES_BACK_S` while it waits. A leader waits first where obstacles may move away.
@@ -179,10 +180,14 @@ class Leading:
         )
         if room_m is not None and isinstance(planned, DeadEnd) and leader.has_forgotten:
             planned = NO_WAY  # a new map does not show what the other end has seen
-        if room_m is not None and isinstance(planned, StepPlanned):
-            strand.lead_on()
-        elif room_m is not None and planned != NO_WAY:
-            planned = leader.make_room(scan, ground, epoch=strand.number, room_m=room_m)
+        if room_m is None or planned == NO_WAY:
+            return planned
+        far_m = planned.length_m if isinstance(planned, StepPlanned) else 0.0
+        if far_m < min(room_m, self._mission.robot_keep_m):
+            away = leader.make_room(scan, ground, epoch=strand.number, room_m=room_m)
+            if isinstance(away, StepPlanned) or not isinstance(planned, StepPlanned):
+                return away
+        strand.lead_on()
         return planned
 
     @property
