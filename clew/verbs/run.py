@@ -5,7 +5,6 @@ Rule 2: a request to end that arrives before the run begins is kept until then. 
         of the run changes nothing.
 """
 
-import re
 from collections.abc import Callable
 from typing import Any
 
@@ -28,7 +27,7 @@ from clew.verbs.options import (
 )
 from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
-from protocol.network.session import INPUTS_BYTES_MAX, ROUTERS_MAX
+from protocol.network.session import INPUTS_BYTES_MAX, ROUTERS_MAX, check_endpoint
 from protocol.process.asked import ignore, listen
 
 
@@ -59,8 +58,11 @@ def _speed(_ctx: click.Context, _param: click.Parameter, said: str) -> float | N
 
 
 def _endpoint(_ctx: click.Context, _param: click.Parameter, said: str | None) -> str | None:
-    if said is not None and not re.fullmatch(r"[a-z-]+/\S+", said):
-        raise click.BadParameter(f"must be PROTOCOL/ADDRESS as in tcp/127.0.0.1:7447, got {said}")
+    try:
+        if said is not None:
+            check_endpoint(said)
+    except UsageError as error:
+        raise click.BadParameter(str(error)) from error
     return said
 
 

@@ -31,6 +31,6 @@ def open_router(session: RouterSession, folder: Path, number: int = 1) -> Iterat
         router = zenoh.open(config)
     except zenoh.ZError as error:
         reason = ZENOH_SOURCE.sub("", str(error))
-        raise UsageError(f"cannot listen at {endpoint}, is it taken? {reason}") from error
+        raise UsageError(f"cannot listen at {endpoint.partition('#')[0]}: {reason}") from error
     with router:
         yield

@@ -16,6 +16,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from protocol.errors import UsageError
+from protocol.files.names import did_you_mean
 from protocol.files.opening import read_bytes
 from protocol.frames import ROBOTS_MAX
 from protocol.keys import WORLD, Keys, robot_name
@@ -25,12 +26,26 @@ from protocol.network.interlink import ID_BITS, ROUTER
 Chunk = Annotated[str, Meta(pattern=r"\A[A-Za-z0-9_.-]{1,64}\Z")]  # one chunk of a key, no wildcard
 ENDPOINT = r"\A[a-z-]+/\S+\Z"  # Zenoh's: a protocol and an address
 ROUTER_ID = r"\A[1-9a-f][0-9a-f]{0,31}\Z"  # Zenoh refuses one that begins with 0
-Endpoint = Annotated[str, Meta(pattern=ENDPOINT, max_length=300)]
+ENDPOINT_CHARS_MAX = 1000  # room for the absolute paths of five files
+Endpoint = Annotated[str, Meta(pattern=ENDPOINT, max_length=ENDPOINT_CHARS_MAX)]
 
 T = TypeVar("T")
 
 ROUTERS_MAX = 2  # one carries the fleet; the other takes over when it dies
-CERTIFIED = ("tls/", "quic/")  # the protocols of Zenoh that use certificates
+TLS = "tls/"
+CERTIFIED = (TLS, "quic/")  # the protocols of Zenoh that use certificates
+TLS_CONTENTS = (
+    "root_ca_certificate",
+    "listen_private_key",
+    "listen_certificate",
+    "connect_private_key",
+    "connect_certificate",
+)
+TLS_SETTINGS = frozenset(
+    [f"{content}_{form}" for content in TLS_CONTENTS for form in ("file", "base64")]
+    + ["enable_mtls", "verify_name_on_connect", "close_link_on_expiration"]
+)
+LINK_SETTINGS = frozenset({"bind", "dscp", "iface", "so_rcvbuf", "so_sndbuf"})  # of any link over TCP
 UNIX_SOCKET = "unixsock-stream/"
 UNIX_SOCKET_PATH_BYTES_MAX = 107  # sockaddr_un of Linux: 108 with the closing NUL
 ROUTER_FILE = "router.json"
@@ -70,7 +85,7 @@ class Session(Struct, frozen=True, kw_only=True):
         if self.password is None:
             wants = "wants a password: there is none with --connect"
         if any(address.startswith(CERTIFIED) for address in addresses):
-            wants += ", or a certificate is refused"
+            wants += ", or a certificate is refused (expired, of another address, or of another root)"
         return f"no router answers at {' or '.join(addresses)}, or it {wants}"
 
 
@@ -208,17 +223,40 @@ def read_router_session(folder: Path) -> RouterSession:
 def check_endpoint(endpoint: str) -> None:
     """Refuse an endpoint that Zenoh or the kernel would refuse, with a clearer message.
 
+    Rule 1 (security): a setting that would protect nothing is refused. Zenoh passes over names that it does
+    not know, and over settings of TLS on another link.
+
     Raises:
-        UsageError: it is not an endpoint, or the path of its Unix socket is too long.
+        UsageError: it is not an endpoint, the path of its Unix socket is too long, a file that it names
+            cannot be read, or a setting would have no effect.
     """
     if not re.search(ENDPOINT, endpoint):
         raise UsageError(f"an endpoint looks like tcp/127.0.0.1:7447, not like {endpoint!r}")
+    if len(endpoint) > ENDPOINT_CHARS_MAX:
+        raise UsageError(f"an endpoint may have {ENDPOINT_CHARS_MAX} characters, not {len(endpoint)}")
+    address, _, settings = endpoint.partition("#")
+    for setting in filter(None, settings.split(";")):
+        name, _, value = setting.partition("=")
+        _check_setting(address, name, value)
     path = endpoint.removeprefix(UNIX_SOCKET)
     size_bytes = len(os.fsencode(path))
     if path != endpoint and size_bytes > UNIX_SOCKET_PATH_BYTES_MAX:
         raise UsageError(
             f"a socket's path may have {UNIX_SOCKET_PATH_BYTES_MAX} bytes, not {size_bytes}: {path}"
         )
+
+
+def _check_setting(address: str, name: str, value: str) -> None:
+    if address.startswith(TLS) and name not in TLS_SETTINGS | LINK_SETTINGS:
+        names = sorted(TLS_SETTINGS | LINK_SETTINGS)
+        raise UsageError(f"{address} has no setting {name!r}{did_you_mean(name, names)}")
+    if name in TLS_SETTINGS and not address.startswith(CERTIFIED):
+        raise UsageError(f"{name} is a setting of tls/, and {address} is not encrypted")
+    if name in TLS_SETTINGS and name.endswith("_file"):
+        try:
+            read_bytes(Path(value), SESSION_BYTES_MAX)
+        except OSError as error:
+            raise UsageError(f"{name}={value}: {error.strerror}") from error
 
 
 def _read(path: Path, kind: type[T]) -> T:

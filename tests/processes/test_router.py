@@ -108,7 +108,8 @@ def test_it_listens_at_the_given_endpoint_and_prints_it(folder: Path, tcp_endpoi
         assert process.stdout.readline() == f"ready {tcp_endpoint}\n"
         code, output, errors = run_router(folder, "--listen", tcp_endpoint)
     assert (code, output) == (2, "")
-    assert errors.startswith(f"router: cannot listen at {tcp_endpoint}, is it taken? ")
+    assert errors.startswith(f"router: cannot listen at {tcp_endpoint}: ")
+    assert "Address already in use" in errors
     assert "/root/" not in errors
     assert errors.count("\n") == 1
 

@@ -140,6 +140,40 @@ def test_a_socket_path_may_have_the_maximum_length_of_the_kernel_and_no_more() -
         check_endpoint(longest + "x")
 
 
+TLS = "tls/127.0.0.1:7447#listen_private_key_file={file}"
+
+
+def test_an_endpoint_may_name_files_and_what_zenoh_knows(tmp_path: Path) -> None:
+    file = tmp_path / "router.key"
+    file.touch()
+    check_endpoint(TLS.format(file=file) + ";enable_mtls=true;verify_name_on_connect=false;iface=lo")
+    check_endpoint(f"quic/127.0.0.1:7447#root_ca_certificate_file={file};new_in_zenoh=1")
+    check_endpoint("tcp/127.0.0.1:7447#so_sndbuf=65536")
+
+
+@pytest.mark.parametrize(
+    ("endpoint", "said"),
+    [
+        (TLS.format(file="nope.key"), "listen_private_key_file=nope.key: No such file or directory"),
+        (TLS.format(file="."), "listen_private_key_file=.: Is a directory"),
+        (TLS.format(file=""), "listen_private_key_file=: "),
+        (TLS.format(file="/dev/null,enable_mtls=true"), "No such file or directory|Not a directory"),
+        (TLS.format(file="k" * 1000), "may have 1000 characters, not "),
+        (
+            "tls/127.0.0.1:7447#enable_mtsl=true",
+            "tls/127.0.0.1:7447 has no setting 'enable_mtsl'; did you mean 'enable_mtls'",
+        ),
+        (
+            "tcp/127.0.0.1:7447#root_ca_certificate_file=/dev/null",
+            "root_ca_certificate_file is a setting of tls/, and tcp/127.0.0.1:7447 is not encrypted",
+        ),
+    ],
+)
+def test_a_setting_that_would_protect_nothing_is_refused(endpoint: str, said: str) -> None:
+    with pytest.raises(UsageError, match=said):
+        check_endpoint(endpoint)
+
+
 def test_the_default_socket_is_in_the_runs_own_folder(tmp_path: Path) -> None:
     assert unix_socket_endpoint(tmp_path) == f"unixsock-stream/{tmp_path}/router.sock"
 
@@ -186,7 +220,8 @@ def test_of_two_routers_the_second_connects_to_the_first_and_knows_it_by_the_id_
         (
             "tls/a:1#root_ca_certificate_file=/ca.pem",
             "x",
-            "no router answers at tls/a:1, or it refuses the password of r1, or a certificate is refused",
+            "no router answers at tls/a:1, or it refuses the password of r1, or a certificate is refused "
+            "(expired, of another address, or of another root)",
         ),
     ],
 )
