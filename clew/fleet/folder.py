@@ -14,6 +14,7 @@ from protocol.run_settings import SCENARIO_FILE, SETTINGS_FILE
 
 RUNS = Path("runs")
 LATEST = RUNS / "latest"
+MADE_NAME = r"\d{8}T\d{6}Z-.+"  # `folder_name` makes them; in the order of time, they are sorted
 NAME_MAX = 60  # letters of a scenario's name: a line of `clew ls` has room for them
 
 
@@ -71,6 +72,17 @@ def drop_folder(folder: Path, made: Sequence[Path], latest: Path | None) -> None
         for path in (*fleets, *made[:1]):
             path.rmdir()
         if latest is not None and not latest.exists():
-            latest.unlink(missing_ok=True)
+            _link_an_earlier(latest)
         for path in made[1:]:
             path.rmdir()
+
+
+def _link_an_earlier(latest: Path) -> None:
+    """Link `runs/latest` to the newest run that is left, or remove it."""
+    earlier = sorted(
+        each for each in latest.parent.iterdir() if re.fullmatch(MADE_NAME, each.name) and each.is_dir()
+    )
+    if earlier:
+        make_latest(earlier[-1])
+    else:
+        latest.unlink(missing_ok=True)

@@ -166,6 +166,18 @@ def test_run_that_never_began_leaves_earlier_runs_alone(private: Path, somewhere
     )
 
 
+def test_after_a_run_that_never_began_the_link_is_to_the_newest_run_that_is_left(
+    private: Path, somewhere_else: Path
+) -> None:
+    older, newer = (somewhere_else / "runs" / f"20260101T00000{n}Z-grove-0000" for n in (1, 2))
+    for folder in (newer, older, somewhere_else / "runs" / "zoo"):
+        folder.mkdir(parents=True)
+    run = made(private)
+    make_latest(run.folder)
+    drop_folder(run.folder, run.made, run.latest)
+    assert LATEST.resolve() == newer.resolve()
+
+
 def test_run_whose_folder_cannot_be_written_leaves_nothing(
     private: Path, somewhere_else: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
