@@ -74,8 +74,8 @@ def fault(ctx: click.Context, run: Path) -> None:
     """Inject a fault into the fleet that is running in RUN, from now on.
 
     TARGET is a robot (3 or r3), a role (leader, middle, tail, coordinator), the router or the world. The verb
-    prints the name of the fault. The timeline of the run records each injection under this name as
-    fault.injected.
+    prints the name of the fault, such as given-1. The timeline of the run records each injection as
+    fault.injected under this name; that of a process adds the process: given-1.r3.
     """
     ctx.obj = run
 

@@ -128,6 +128,7 @@ def _episode(folder: Path, seed: int | None) -> "tuple[Case, Failure | None]":
     from clew.campaign.campaign import CAMPAIGN_FILE, Campaign
     from clew.campaign.episode import SWARM
     from clew.campaign.failures import Case, failure_of_outcome
+    from clew.log.log import fleets_in
     from clew.swarm.futures import draw_future, read_branches
     from clew.swarm.swarm import Mode, draw
     from world.record.recorder import EVENTS_FILE
@@ -135,6 +136,8 @@ def _episode(folder: Path, seed: int | None) -> "tuple[Case, Failure | None]":
     try:
         campaign = msgspec.json.decode(read_bytes(folder / CAMPAIGN_FILE, MADE_BYTES_MAX), type=Campaign)
     except FileNotFoundError as error:
+        if fleets_in(folder):
+            raise UsageError(f"{folder}: has several fleets; only a run with one can be shrunk") from error
         neither = f"neither a run (no {EVENTS_FILE}) nor a campaign (no {CAMPAIGN_FILE})"
         raise UsageError(f"{folder}: {neither}") from error
     except (OSError, msgspec.MsgspecError) as error:

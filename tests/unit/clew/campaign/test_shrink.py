@@ -11,6 +11,7 @@ from protocol.faults.plan_text import plan_text
 from protocol.faults.rules import Burst, Corrupt, Delay, Drop, Duplicate, Kill, Partition, Reorder, Rule, Slow
 from tests.support.campaigns import clew, scene
 from world.judge.verdict import VERDICT_FILE
+from world.record.recorder import EVENTS_FILE
 from world.scenario.scenario import load as load_scenario
 
 HARMLESS: tuple[Rule, ...] = (
@@ -133,6 +134,15 @@ def test_a_folder_without_run_and_campaign_is_refused_in_a_plain_sentence(tmp_pa
     assert said.exit_code == 2
     assert "neither a run (no events.jsonl) nor a campaign (no campaign.json)" in said.stderr
     assert "Errno" not in said.stderr
+
+
+def test_a_run_with_several_fleets_is_refused_as_such(tmp_path: Path) -> None:
+    for fleet in ("east", "west"):
+        (tmp_path / fleet).mkdir()
+        (tmp_path / fleet / EVENTS_FILE).touch()
+    said = clew("shrink", tmp_path)
+    assert said.exit_code == 2
+    assert f"{tmp_path}: has several fleets; only a run with one can be shrunk" in said.stderr
 
 
 def test_a_run_without_a_verdict_is_refused_in_a_plain_sentence(failed: Path) -> None:
