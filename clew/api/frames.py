@@ -39,8 +39,10 @@ def frame_of(columns: Columns, to: str | None) -> Any:  # noqa: ANN401 - a frame
         to = next((each for each in LIBRARIES if find_spec(each) is not None), DICTS)
     if to == DICTS:
         return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-    if to not in LIBRARIES or find_spec(to) is None:
-        raise UsageError(f"frame: to must be one of {', '.join((*LIBRARIES, DICTS))} and installed, got {to}")
+    if to not in LIBRARIES:
+        raise UsageError(f"frame: to must be one of {', '.join((*LIBRARIES, DICTS))}, got {to}")
+    if find_spec(to) is None:
+        raise UsageError(f"frame: {to} is not installed; to='{DICTS}' needs nothing")
     more = {"strict": False} if to == "polars" else {}  # fields of a table may be lists of any length
     return import_module(to).DataFrame(columns, **more)
 

@@ -52,11 +52,14 @@ def test_a_frame_has_the_columns_of_the_dicts(run: Run, library: str) -> None:
     assert poses["clearance_m"].min() == min(row["clearance_m"] for row in run.frame("poses", to=DICTS))
 
 
-def test_a_table_or_a_library_that_is_not_there_is_refused(run: Run) -> None:
+def test_a_table_or_a_library_that_is_not_there_is_refused(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(UsageError, match=r"or a kind of entry, got 'pose'; did you mean 'poses'"):
         run.frame("pose")
-    with pytest.raises(UsageError, match="to must be one of pandas, polars, dicts and installed, got numpy"):
+    with pytest.raises(UsageError, match="to must be one of pandas, polars, dicts, got numpy"):
         run.frame("poses", to="numpy")
+    monkeypatch.setattr("clew.api.frames.find_spec", lambda _: None)
+    with pytest.raises(UsageError, match="frame: polars is not installed; to='dicts' needs nothing"):
+        run.frame("poses", to="polars")
 
 
 def test_a_run_without_entries_has_empty_tables() -> None:
