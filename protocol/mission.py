@@ -206,8 +206,9 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
 
         Its radius and more than it can be off with the range error, which `mu0` covers. A robot that keeps
         `robot_keep_m` from that ground keeps the separation from a hull there that is another's (F6).
+        No ray meets a point, so a robot of radius 0 has no hits: all are of something else.
         """
-        return self.robot_radius_m + self.mu0_m
+        return self.robot_radius_m + self.mu0_m if self.robot_radius_m > 0.0 else 0.0
 
     heartbeat_s: Seconds = 0.25
     silence_s: Seconds = 1.0  # four lost heartbeats

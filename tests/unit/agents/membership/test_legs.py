@@ -241,3 +241,12 @@ def test_on_a_clear_leg_no_box_is_too_near_that_a_robot_beside_it_and_what_moves
     ranges = cast(ground, HERE, bearings, range_m_max=mission.range_m_max, discs=discs)
     view = View(HERE, bearings, ranges, ranges < mission.range_m_max, 0.0)
     assert not leg_is_clear(without_hulls(view, np.array([beside, ahead]), mission), ahead, mission)
+
+
+def test_a_leg_to_a_point_is_not_clear_of_the_post_beside_that_point_which_no_ray_meets() -> None:
+    """A robot of radius 0: the post stands on the leg, as near to the robot ahead as a hull would reach."""
+    mission = replace(MISSION, robot_radius_m=0.0, epsilon_m=0.1, mu0_m=0.06, separation_m=0.0)
+    ahead, post = np.array([1.0, 0.0]), np.array([0.95, 0.0])
+    promised_m = mission.epsilon_m - mission.mu0_m
+    assert promised_m <= np.hypot(*(ahead - post)) - POST_M < mission.mu0_m, "the robot may stand there"
+    assert not leg_is_clear(sees(post, ahead, mission=mission), ahead, mission)
