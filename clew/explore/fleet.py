@@ -332,7 +332,9 @@ class Fleet:
     def _kill(self, state: Moment, robot: int, back_ticks: int) -> Moment:
         """A robot's process dies, before it hears the letter in line; it is started again later, or never."""
         count = str(state.lives[robot - 1])
-        state = state._replace(robots=_put(state.robots, robot, None))
+        shown = TokenSeen(robot, count), TokenCame(robot, count)  # after a cut, if it had lived until then
+        later = tuple(each for each in state.later if self.cores.things[each[1].thing] not in shown)
+        state = state._replace(robots=_put(state.robots, robot, None), later=later)
         missed = [(other, TokenMissed(robot, count)) for other in self._living(state)]
         state = self._with_tokens(state, [(WORLD, TokenWent(robot, count)), *missed])
         if back_ticks == NEVER_TICKS:

@@ -5,6 +5,7 @@ from functools import cache
 import pytest
 from msgspec.structs import replace
 
+from agents.events import TokenCame
 from clew.explore import fleet
 from clew.explore.explorable import Fault
 from clew.explore.explore import explore
@@ -138,6 +139,15 @@ def test_a_robot_that_is_cut_off_is_heard_again_later() -> None:
     healed = after(fleet, cut, 90).robots[1]
     assert healed is not None
     assert healed.now_s > 1.5
+
+
+def test_a_robot_that_dies_while_another_one_is_cut_off_is_not_seen_after_that() -> None:
+    fleet = Fleet(START)
+    cut = fleet.strike(after(fleet, fleet.start(), 50), Fault(Kind.CUT, 2, 100))
+    killed = fleet.strike(cut, Fault(Kind.KILL, 3, NEVER_TICKS))
+    came = [fleet.cores.things[letter.thing] for _, letter in killed.later]
+    assert TokenCame(1, "1") in came
+    assert TokenCame(3, "1") not in came
 
 
 def test_a_world_that_is_started_again_raises_the_fence() -> None:
