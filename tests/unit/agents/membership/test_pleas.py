@@ -48,6 +48,23 @@ def test_the_same_robot_is_let_in_again_after_a_time_that_doubles_to_a_limit() -
     assert waited[-1] == most_s
 
 
+def test_the_times_when_the_leader_has_arrived_count_apart() -> None:
+    pleas = Pleas(TIMING)
+    for _ in range(5):
+        pleas.hear(3, 0.0, stranded=False, arrived=False)
+        pleas.let_in([3], 100.0)
+        pleas.forget()
+    assert not _asks(pleas, 3, 101.0)
+    pleas.hear(3, 101.0, stranded=False, arrived=True)
+    assert pleas.asking == [3]
+    pleas.let_in([3], 101.0)
+    pleas.forget()
+    pleas.hear(3, 100.9 + TIMING.plea_again_s, stranded=False, arrived=True)
+    assert pleas.asking == []
+    pleas.hear(3, 101.0 + TIMING.plea_again_s, stranded=False, arrived=True)
+    assert pleas.asking == [3]
+
+
 def test_a_view_that_was_proposed_for_a_robot_and_finds_no_way_for_it_counts_once() -> None:
     pleas = Pleas(TIMING)
     pleas.let_in([3], 0.0)
