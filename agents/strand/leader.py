@@ -307,8 +307,6 @@ class Leader:
         self, goal: Floats, view: View, ground: Ground, *, settled: bool
     ) -> NoStep | Wait | DeadEnd:
         """What to do if no way leads past the strand."""
-        if self._world_changes:
-            self.map.reopen()  # behind, the ways that robots make too narrow here may be wide enough
 
         def reachable(place: Floats, taken: Floats) -> bool:
             return bool(np.isfinite(self._cost_to_go(goal, taken).at(place[None])[0]))

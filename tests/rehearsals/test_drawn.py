@@ -34,7 +34,7 @@ HEALS: list[Healing] = [
     ("between-a-body-and-the-robot-ahead", 260331, 16.686, ()),
     # The leader is started again between the formation and its ALL, and is lost by that, not by silence.
     ("started-again-before-its-all", 321421, 7.079, ()),
-    # Beside another robot a corridor's mouth is too narrow; from behind it is not closed for that.
+    # Beside another robot a corridor's mouth is too narrow, and its tail, who stands there, has to make room.
     ("squeezed-in-before-another", 532826, 17.8, ()),
     # The tail has to make room. A step of 3 cm further into a gap that is too narrow does not lead on.
     ("creeps-into-a-gap-instead-of-making-room", 535942, 11.728, ()),
