@@ -18,6 +18,7 @@ from clew.campaign.episode import drawn_plan_path
 from clew.campaign.liveness import arrived_together, just_killed
 from clew.fleet.live import Ended
 from clew.log.check import Finding, check
+from clew.log.completeness import LAST_MISSING
 from clew.log.timeline import Timeline, read
 from clew.swarm.swarm import Swarm
 from protocol.errors import UsageError
@@ -139,9 +140,11 @@ def troubles_of(verdict: Verdict | None, finding: Finding | None, ended: Ended) 
         yield f"{verdict.events.missing} entries of the timeline are missing"
     if finding is None:
         yield "the log cannot be read"
-    elif not finding.ok:
-        count, flaws = finding.violations, "; ".join(finding.flaws)
-        yield f"log check: {count} violations{flaws and f'; {flaws}'}"
+    else:
+        excused = LAST_MISSING if finding.ended != Ending.ARRIVED else None
+        flaws = "; ".join(each for each in finding.flaws if excused is None or not each.endswith(excused))
+        if finding.violations or flaws:
+            yield f"log check: {finding.violations} violations{flaws and f'; {flaws}'}"
     if ended.leftovers:
         yield f"left behind: {', '.join(ended.leftovers)}"
 

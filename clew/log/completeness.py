@@ -32,6 +32,8 @@ OF_THE_END = frozenset[type](
 TOLD_MAX = 20
 """How many flaws of one kind are listed; the rest is counted."""
 
+LAST_MISSING = "its last entries are missing: the one in which it has counted messages"
+
 
 class Told:
     """Keeps the first sentences, and counts the rest."""
@@ -164,5 +166,5 @@ class Completeness:
                 for flaw in life.flaws():
                     numbers.add(f"{source}: {flaw}")
         for source in sorted(self._open - self._told) if self._is_over else ():
-            numbers.add(f"{source}: its last entries are missing: the one in which it has counted messages")
+            numbers.add(f"{source}: {LAST_MISSING}")
         yield from numbers

@@ -29,7 +29,8 @@ from protocol.timeline import (
     ViewProposed,
 )
 
-ORDERED = ("kill", "freeze")  # faults that make a death a requested one
+KILLED = "kill"
+ORDERED = (KILLED, "freeze")  # faults that make a death a requested one
 THAWED = "thaw"
 LOSSES = frozenset({Cause.NEIGHBOUR_LOST, Cause.COORDINATOR_LOST})
 CHANGES = LOSSES | {Cause.PLEA, Cause.OUTSIDERS, Cause.MISFIT, Cause.WORLD_RESTARTED}
@@ -114,7 +115,7 @@ class Recovery:
             )
 
     def _struck_s(self, robot: int, after_s: float, until_s: float) -> float | None:
-        """The time of the last fault of the robot's process in that period, if no thaw followed."""
+        """The time of the last fault of its process in that period: a kill, or a freeze without a thaw."""
         struck = [
             (t_s, record.fault)
             for t_s, _, record in self._dated
@@ -123,7 +124,10 @@ class Recovery:
             and record.fault in (*ORDERED, THAWED)
             and after_s < t_s <= until_s
         ]
-        return struck[-1][0] if struck and struck[-1][1] != THAWED else None
+        lasting = [t_s for t_s, fault in struck if fault == KILLED]  # a dead process may be thawed, too
+        if struck and struck[-1][1] != THAWED:
+            lasting.append(struck[-1][0])
+        return lasting[-1] if lasting else None
 
     def _returned_s(self, robot: int, known_s: float) -> float | None:
         """When the same process returned; a restarted one is another process."""

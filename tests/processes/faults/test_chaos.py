@@ -24,6 +24,7 @@ from clew.campaign.chaos import (
 )
 from clew.fleet.live import Ended, left_behind, processes_of, run_fleet
 from clew.log.check import Finding, check
+from clew.log.completeness import LAST_MISSING
 from clew.log.timeline import read
 from clew.swarm.swarm import draw
 from protocol.timeline import PromiseBroken, RunEnded
@@ -73,6 +74,10 @@ def test_each_broken_promise_is_a_separate_trouble(finding: Finding) -> None:
     assert list(troubles_of(unheard, arrived, WELL)) == ["6 entries of the timeline are missing"]
     torn = replace(finding, ok=False, flaws=("line 3 is torn",))
     assert list(troubles_of(GOOD, torn, WELL)) == ["log check: 0 violations; line 3 is torn"]
+    mute = replace(finding, ok=False, flaws=(f"r2: {LAST_MISSING}",))
+    assert list(troubles_of(GOOD, mute, WELL)) == []  # likewise
+    mute = replace(mute, ended="every living robot has arrived")
+    assert list(troubles_of(GOOD, mute, WELL)) == [f"log check: 0 violations; r2: {LAST_MISSING}"]
     left = Ended(code=0, said=(), wall_s=1.0, leftovers=("python -m agents",))
     assert list(troubles_of(GOOD, finding, left)) == ["left behind: python -m agents"]
     refused = Ended(code=2, said=("fleet.sh: no such plan",), wall_s=1.0, leftovers=())

@@ -120,6 +120,12 @@ def test_a_freeze_that_was_thawed_excuses_no_later_death() -> None:
     assert [death.ordered for death in Recovery(lines).deaths] == [False]
 
 
+def test_a_thaw_of_a_process_that_was_killed_while_it_was_frozen_takes_nothing_back() -> None:
+    faults = [(5.0, struck("freeze")), (5.0, struck("kill")), (5.5, struck("thaw"))]
+    (death,) = Recovery([*((t_s, "world", fault) for t_s, fault in faults), (7.0, "world", died())]).deaths
+    assert (death.ordered, death.cause_s) == (True, 5.0)
+
+
 def test_a_fault_of_another_robot_excuses_no_death() -> None:
     assert [
         d.ordered for d in Recovery([(5.0, "world", struck("kill", 2)), (6.0, "world", died())]).deaths
