@@ -76,25 +76,26 @@ def _behind_hulls(seen: View, end: Floats, mission: Mission, *, bodies_only: boo
     """Rule 2: from where on hulls beside the way may hide something, as segments (n, 2), (n, 2)."""
     off_m = distances_to_segments(seen.points, seen.position, end)
     beside = _taken_out(seen, mission) & (off_m >= mission.hull_reach_m)
-    past_m = np.minimum(seen.ranges_m + _free_behind_m(seen, mission), mission.range_m_max)
+    past_m = np.minimum(seen.ranges_m + _free_behind_m(seen, beside, mission), mission.range_m_max)
     known = sure(replace(seen, ranges_m=past_m), mission, leave_out=~beside, bodies_only=bodies_only)
     hidden = np.isfinite(known.ranges_m) & ~_is_beyond(known, seen, end)
     return known.starts[hidden], known.ends[hidden]
 
 
-def _free_behind_m(seen: View, mission: Mission) -> Floats | float:
-    """Rule 2: how far each ray (n,) is free behind a hit that was taken out as a robot's."""
+def _free_behind_m(seen: View, beside: Flags, mission: Mission) -> Floats | float:
+    """Rule 2: how far these rays are free behind hits that were taken out as a robot's (n,); others are 0."""
     radius_m = mission.robot_radius_m
     kept_m = radius_m + max(0.0, min(mission.epsilon_m, mission.separation_m) - mission.mu0_m)
     if not mission.obstacles_move:
         return math.sqrt(kept_m**2 - radius_m**2)
-    starts = np.concatenate([np.empty((0, 2)), *(ground[:-1] for ground in seen.robots)])
-    ends = np.concatenate([np.empty((0, 2)), *(ground[1:] for ground in seen.robots)])
-    off = nearest_on_segments(seen.points[:, None], starts, ends) - seen.points[:, None]
-    along_m = (off * seen.rays[:, None]).sum(axis=-1)
+    hits, rays = seen.points[beside, None], seen.rays[beside, None]
+    off = nearest_on_segments(hits, seen.robots[:, 0], seen.robots[:, 1]) - hits
+    along_m = (off * rays).sum(axis=-1)
     inside_m2 = kept_m**2 - (off**2).sum(axis=-1)
     leaves_m = np.where(inside_m2 > 0.0, along_m + np.sqrt(along_m**2 + np.maximum(inside_m2, 0.0)), 0.0)
-    return np.asarray(leaves_m.max(axis=1, initial=0.0))
+    free_m = np.zeros(len(beside))
+    free_m[beside] = leaves_m.max(axis=1, initial=0.0)
+    return free_m
 
 
 def _taken_out(seen: View, mission: Mission) -> Flags:

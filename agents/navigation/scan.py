@@ -1,7 +1,7 @@
 """A scan as arrays: its position and the boundary of what it saw."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -9,6 +9,8 @@ import numpy as np
 
 from protocol.arrays import Flags, Floats, distances_to_segments, scan_bearings_rad, scan_rays
 from protocol.wire.messages import Scan
+
+NOWHERE: Floats = np.empty((0, 2, 2))
 
 
 @dataclass(frozen=True)
@@ -30,11 +32,11 @@ class View:
     """The time of the scan."""
     earlier: tuple["View", ...] = ()
     """Scans from other places that still hold: nothing has moved since but robots of the strand."""
-    robots: tuple[Floats, ...] = ()
-    """Where the robots may be whose hits were removed: polylines (k, 2) of ground."""
+    robots: Floats = field(default_factory=lambda: NOWHERE)
+    """Where the robots may be whose hits were removed: segments (m, 2, 2) of ground, each from and to."""
 
     def __post_init__(self) -> None:
-        fix(self.position, self.bearings_rad, self.ranges_m, self.hits, *self.robots)
+        fix(self.position, self.bearings_rad, self.ranges_m, self.hits, self.robots)
 
     @property
     def rays(self) -> Floats:
@@ -67,12 +69,20 @@ class View:
             ranges_m=self.ranges_m.copy(),
             hits=self.hits.copy(),
             earlier=(),
-            robots=(),
+            robots=NOWHERE,
         )
 
-    def without(self, seen: Flags, robots: Iterable[Floats]) -> "View":
-        """The same scan with the hits of these directions removed, which are of robots on this ground."""
-        return replace(self, hits=self.hits & ~seen, robots=tuple(robots))
+    def without(self, seen: Flags, robots: Floats) -> "View":
+        """The same scan with the hits of these directions removed, which are of robots on these segments."""
+        return replace(self, hits=self.hits & ~seen, robots=robots)
+
+    def without_on(self, grounds: Iterable[Floats], *, within_m: float) -> "View":
+        """The same scan without the hits near polylines (k, 2) of ground where robots may be."""
+        seen, robots = np.zeros(len(self.hits), dtype=np.bool_), [NOWHERE]
+        for corners in grounds:
+            seen |= on_ground(self.points, corners, within_m=within_m)
+            robots.append(np.stack([corners[:-1], corners[1:]], axis=1))
+        return self.without(seen, np.concatenate(robots))
 
 
 def fix(*arrays: Floats | Flags) -> None:

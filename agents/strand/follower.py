@@ -22,8 +22,6 @@ Rule 3: a segment that is not clear is checked again every `RECHECK_S`; meanwhil
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from agents.navigation.leg import (
     body_clearance_m,
     certain_clearance_m,
@@ -31,7 +29,7 @@ from agents.navigation.leg import (
     leg_is_certain,
     seen_clearance_m,
 )
-from agents.navigation.scan import View, on_ground
+from agents.navigation.scan import View
 from agents.navigation.step import LookCloser
 from agents.navigation.sure import closer
 from protocol.arrays import Floats, xy
@@ -112,7 +110,7 @@ class Follower:
         """
         mission = self._mission
         vertex = path[path.next_vertex(progress_m + THERE_M)]
-        seen = self._without(view, robots)
+        seen = view.without_on(robots, within_m=mission.hull_reach_m)
         clearance_m = seen_clearance_m(seen, xy(vertex), mission)
         clear = clearance_m >= mission.clear_m - 2.0 * mission.mu0_m
         may_look_closer = clear and closer(mission, len(view.ranges_m)) is not None
@@ -144,9 +142,3 @@ class Follower:
             if length_m < DRIVE_M_MIN:
                 return from_m
         return from_m + length_m
-
-    def _without(self, view: View, robots: Sequence[Floats]) -> View:
-        seen = np.zeros(len(view.ranges_m), dtype=np.bool_)
-        for ground in robots:
-            seen |= on_ground(view.points, ground, within_m=self._mission.hull_reach_m)
-        return view.without(seen, robots)

@@ -163,13 +163,13 @@ class Leader:
             view = self._visited.narrow(view, is_closest=is_closest)
         sight = look(view, self._mission)
         walls = self._walls(scan_walls(view, self._mission), ground)
-        # For guidance alone, which only ranks: the certificate takes no hit for a robot.
-        robots = on_ground(view.points, ground.occupied, within_m=self._mission.hull_reach_m)
         step: Step | Plan
         if self._goal is None or not self._mission.promises_clearance:
             step = self._step_on(sight, walls)
         else:
-            seen = replace(sight, view=view.without(robots, [ground.occupied]))
+            # For guidance alone, which only ranks: the certificate takes no hit for a robot.
+            known = view.without_on([ground.occupied], within_m=self._mission.hull_reach_m)
+            seen = replace(sight, view=known)
             step = self._step_to(self._goal, seen, walls, ground, settled=settled)
             is_blocked = isinstance(step, DeadEnd) or (all_stand and isinstance(step, NoStep | Wait))
             if self._brief is not None and is_blocked:

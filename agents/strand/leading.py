@@ -19,7 +19,7 @@ from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import Command, Note
 from agents.navigation.leg import place_is_clear
-from agents.navigation.scan import View, on_ground
+from agents.navigation.scan import View
 from agents.navigation.step import Crossed, LookCloser, NoStep
 from agents.navigation.sure import closer
 from agents.strand.leader import NO_WAY, DeadEnd, Leader, Plan, Wait
@@ -201,8 +201,7 @@ class Leading:
         if not mission.promises_clearance:
             return False
         ground = self._strand.grants.ground.occupied
-        robots = on_ground(scan.points, ground, within_m=mission.hull_reach_m)
-        return not place_is_clear(scan.without(robots, [ground]), mission)
+        return not place_is_clear(scan.without_on([ground], within_m=mission.hull_reach_m), mission)
 
     @property
     def _off_path_m(self) -> float:
