@@ -141,8 +141,8 @@ def troubles_of(verdict: Verdict | None, finding: Finding | None, ended: Ended) 
     if finding is None:
         yield "the log cannot be read"
     else:
-        excused = LAST_MISSING if finding.ended != Ending.ARRIVED else None
-        flaws = "; ".join(each for each in finding.flaws if excused is None or not each.endswith(excused))
+        excused = () if finding.ended == Ending.ARRIVED else (LAST_MISSING,)  # likewise
+        flaws = "; ".join(each for each in finding.flaws if not each.endswith(excused))
         if finding.violations or flaws:
             yield f"log check: {finding.violations} violations{flaws and f'; {flaws}'}"
     if ended.leftovers:

@@ -124,9 +124,8 @@ class Recovery:
             and record.fault in (*ORDERED, THAWED)
             and after_s < t_s <= until_s
         ]
-        lasting = [t_s for t_s, fault in struck if fault == KILLED]  # a dead process may be thawed, too
-        if struck and struck[-1][1] != THAWED:
-            lasting.append(struck[-1][0])
+        thawed = bool(struck) and struck[-1][1] == THAWED  # as a dead process may be, too
+        lasting = [t_s for t_s, fault in struck if fault == KILLED or not thawed]
         return lasting[-1] if lasting else None
 
     def _returned_s(self, robot: int, known_s: float) -> float | None:
