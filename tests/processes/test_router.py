@@ -15,15 +15,7 @@ from protocol.network.session import read_session, write_sessions
 from protocol.network.zenoh_transport import open_transport
 from protocol.process.asked import EXIT_CODES
 from tests.support.deadline import DEADLINE_S
-from tests.support.processes.wire import (
-    KEYS,
-    drive,
-    fleet,
-    next_arrivals,
-    python,
-    router,
-    session_folder,
-)
+from tests.support.processes.wire import KEYS, drive, fleet, next_arrivals, python, router, session_folder
 
 
 @pytest.fixture

@@ -32,6 +32,7 @@ MISSION = replace(
 POST_M = 0.004  # its radius: out to 1.8 m it fits between no two rays
 PIN_M = 0.0005  # of a thinner one: out to 1.1 m it fits between no two of 7,200 rays
 HERE = np.array([0.0, 0.0])
+Place = tuple[float, float]
 
 
 def sees(disc: np.ndarray, ahead: np.ndarray, radius_m: float = POST_M, mission: Mission = MISSION) -> View:
@@ -142,7 +143,6 @@ COARSE = replace(
     link_length_m_max=2.0,
 )
 AHEAD = np.array([1.3, 0.0])
-THIN_M = 0.001  # a post's radius
 
 
 def box_beside(ray: int, from_m: float) -> Polygon:
@@ -178,48 +178,33 @@ def test_on_a_clear_leg_no_corner_is_too_near_that_a_robot_beside_the_leg_may_hi
     assert min(clear) - COARSE.robot_radius_m >= certain_clearance_m_min(COARSE)
 
 
-def test_on_a_leg_beside_which_a_pin_that_moves_counts_as_hull_a_post_behind_the_pin_is_not_missed() -> None:
+@pytest.mark.parametrize(
+    ("budget_m", "ahead", "beside", "pin", "post"),
+    [
+        ((0.088, 0.035), (0.8103, 0.0), (0.6564, 0.2694), (0.7048, 0.1459), (0.7624, 0.156)),
+        # So near to the leg's end that it may count as on the leg, where the robot ahead keeps off obstacles.
+        ((0.08124, 0.03905), (0.799, 0.0), (0.6555, 0.2642), (0.6804, 0.1366), (0.7437, 0.1493)),
+    ],
+)
+def test_on_a_leg_beside_which_a_pin_that_moves_counts_as_hull_a_post_behind_the_pin_is_not_missed(
+    budget_m: tuple[float, float], ahead: Place, beside: Place, pin: Place, post: Place
+) -> None:
     """The pin stands behind the hull of a robot beside the leg, near enough to count as that hull."""
-    kept = {"epsilon_m": 0.088, "mu0_m": 0.035, "separation_m": 0.088, "range_m_max": 0.833}
+    epsilon_m, mu0_m = budget_m
+    kept = {"epsilon_m": epsilon_m, "mu0_m": mu0_m, "separation_m": epsilon_m, "range_m_max": 0.833}
     mission = replace(COARSE, **kept, directions=7200, obstacle_speed_mps_max=0.01, watch_s=0.06)
-    ahead, beside, post = np.array([0.8103, 0.0]), np.array([0.6564, 0.2694]), np.array([0.7624, 0.156])
-    pin = np.array([0.7048, 0.1459])
-    promised_m, drive_m = mission.epsilon_m - mission.mu0_m, 0.25 * mission.mu0_m
+    promised_m, drive_m, thin_m = epsilon_m - mu0_m, 0.25 * mu0_m, 0.001
     robots = np.array([ahead, beside])
-    kept_m = np.hypot(*(robots - post).T) - THIN_M - mission.robot_radius_m
+    kept_m = np.hypot(*(robots - post).T) - thin_m - mission.robot_radius_m
     assert (kept_m >= (promised_m + drive_m, promised_m)).all(), "the robots may stand where they do"
-    apart_m = float(distances_to_segments(post, HERE, ahead)) - THIN_M - mission.robot_radius_m
+    apart_m = float(distances_to_segments(np.array(post), HERE, robots[0])) - thin_m - mission.robot_radius_m
     assert apart_m < promised_m + drive_m * ahead[0] / mission.range_m_max
-    assert not is_seen_clear_behind_pin(pin, post, robots, mission)
-
-
-def is_seen_clear_behind_pin(pin: np.ndarray, post: np.ndarray, robots: np.ndarray, mission: Mission) -> bool:
-    """Whether the leg to the first robot is clear beside the others, the pin and the thinner post."""
-    ground = ground_of(
-        tuple(
-            Circle(centre_m=(float(at[0]), float(at[1])), radius_m=radius_m)
-            for at, radius_m in ((post, THIN_M), (pin, 3.0 * THIN_M))
-        )
-    )
-    discs = np.column_stack((robots, np.full(len(robots), mission.robot_radius_m)))
+    posts = Circle(centre_m=post, radius_m=thin_m), Circle(centre_m=pin, radius_m=3.0 * thin_m)
+    discs = np.column_stack((robots, np.full(2, mission.robot_radius_m)))
     bearings = scan_bearings_rad(mission.directions)
-    ranges = cast(ground, HERE, bearings, range_m_max=mission.range_m_max, discs=discs)
+    ranges = cast(ground_of(posts), HERE, bearings, range_m_max=mission.range_m_max, discs=discs)
     view = View(HERE, bearings, ranges, ranges < mission.range_m_max, 0.0)
-    return leg_is_clear(without_hulls(view, robots, mission), robots[0], mission)
-
-
-def test_nor_is_the_post_missed_if_the_pin_is_so_near_to_the_leg_that_it_may_count_as_what_is_on_it() -> None:
-    """Near the end of the leg, where the robot ahead keeps off obstacles and nothing counts as on the leg."""
-    kept = {"epsilon_m": 0.08124, "mu0_m": 0.03905, "separation_m": 0.08124, "range_m_max": 0.833}
-    mission = replace(COARSE, **kept, directions=7200, obstacle_speed_mps_max=0.01, watch_s=0.06)
-    ahead, beside, post = np.array([0.799, 0.0]), np.array([0.6555, 0.2642]), np.array([0.7437, 0.1493])
-    pin = np.array([0.6804, 0.1366])
-    promised_m, drive_m = mission.epsilon_m - mission.mu0_m, 0.25 * mission.mu0_m
-    robots = np.array([ahead, beside])
-    assert (np.hypot(*(robots - post).T) - THIN_M - mission.robot_radius_m >= promised_m).all()
-    apart_m = float(distances_to_segments(post, HERE, ahead)) - THIN_M - mission.robot_radius_m
-    assert apart_m < promised_m + drive_m * ahead[0] / mission.range_m_max
-    assert not is_seen_clear_behind_pin(pin, post, robots, mission)
+    assert not leg_is_clear(without_hulls(view, robots, mission), robots[0], mission)
 
 
 def test_on_a_clear_leg_no_box_is_too_near_that_a_robot_beside_it_and_what_moves_there_may_hide() -> None:
