@@ -135,9 +135,10 @@ def test_two_runs_are_shown_side_by_side_aligned_by_switching_step(
         shown.show(address)
         shown.wait("clew.runs.length === 2 && clew.runs.every((run) => run.ended)")
         assert shown.page.locator("#panes canvas").count() >= 2
-        left, right = (shown.page.locator("#panes > .pane").nth(index).bounding_box() for index in (0, 1))
-        assert left is not None
-        assert right is not None
+        panes = shown.page.locator("#panes > .pane")  # measured at once: the page may still be laid out
+        left, right = panes.evaluate_all(
+            "(panes) => panes.map((pane) => pane.getBoundingClientRect().toJSON())"
+        )
         assert left["x"] + left["width"] <= right["x"]
         assert left["y"] == right["y"]
         shown.page.evaluate("clew.seek(clew.runs[0].steps.find(({ row }) => row.position === 3).to)")
