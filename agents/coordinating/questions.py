@@ -1,7 +1,8 @@
 """What a coordinator asks robots to look at, and what they have seen. Pure.
 
 Rule 1: a question about a leg names where both robots stand. An answer counts as long as they stand there.
-Rule 2: a robot that does not answer in time counts as one that does not see its way.
+Rule 2: a robot that does not answer in time counts as one that does not see its way. Another question
+        does not begin that time anew: two such times are longer than the others wait for a turn.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -23,7 +24,8 @@ class _Asked:
     question: Question
     at: Pose
     """Where the robot that is asked stands."""
-    at_s: float
+    since_s: float
+    """Since when the robot has owed an answer."""
 
 
 @dataclass(slots=True)
@@ -69,7 +71,7 @@ class Questions:
     def are_answered(self, now_s: float) -> bool:
         """Whether all have been answered, or waited for long enough (rule 2)."""
         return all(
-            robot in self.looks or now_s - asked.at_s > self.timing.looks_s
+            robot in self.looks or now_s - asked.since_s > self.timing.looks_s
             for robot, asked in self._asked.items()
         )
 
@@ -117,8 +119,9 @@ class Questions:
                 formers=theirs.formers if theirs is not None and keeps else (),
                 others=self._beside(at, where),
             )
+            owes = asked is not None and robot not in self.looks
             self.forget({robot})
-            self._asked[robot] = _Asked(question, at, now_s)
+            self._asked[robot] = _Asked(question, at, asked.since_s if asked and owes else now_s)
             new.append(robot)
         return new
 

@@ -40,6 +40,8 @@ HEALS: list[Healing] = [
     ("creeps-into-a-gap-instead-of-making-room", 535942, 11.728, ()),
     # A robot that was often let in in vain has to be let in again when the leader has arrived.
     ("let-in-in-vain-before-the-goal", 532969, 20.102, ()),
+    # A robot that misses 24 of 25 messages does not answer about its leg, and is asked about another one.
+    ("one-that-owes-an-answer", 541876, 11.697, (5,)),
 ]
 HEALS_TOO: list[Healing] = [
     # The leader comes back in front of the robot that took its place, and has to lead again.

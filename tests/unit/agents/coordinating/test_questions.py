@@ -60,6 +60,20 @@ def test_all_are_answered_when_each_has_or_was_waited_for_long_enough() -> None:
     assert not asked().sees(2).clear, "a robot that does not answer does not see its way"
 
 
+def test_a_robot_that_owes_an_answer_is_not_waited_for_anew_when_its_question_changes() -> None:
+    questions = asked()
+    question = questions.pending(3)
+    assert question is not None
+    late_s = TIMING.looks_s + 0.1
+    questions.hear(3, Look(number=question.number, clear=True))
+    assert set(questions.ask_about_legs((1, 3, 2), QUEUE, late_s, keeps=True)) == {2, 3}
+    assert not questions.are_answered(late_s), "the one that had answered has all its time"
+    question = questions.pending(3)
+    assert question is not None
+    questions.hear(3, Look(number=question.number, clear=True))
+    assert questions.are_answered(late_s), "the other one has had its time"
+
+
 def test_the_same_question_is_not_asked_again_while_both_stand_where_they_stood() -> None:
     questions = asked()
     question = questions.pending(2)
