@@ -10,7 +10,7 @@ from agents.commands import Command, Note
 from agents.coordinating.formation import Plan, lay_path
 from agents.coordinating.legs import Legs
 from agents.coordinating.order import places_of, positions
-from agents.coordinating.turnabout import former_place, turned_round
+from agents.coordinating.turnabout import turned_round
 from agents.strand.wish import Turnabout
 from protocol.arrays import distances_to_segments, xy
 from protocol.fence import Cause, Epoch
@@ -115,24 +115,17 @@ class Agreement:
         own, newest = reports[self.robot], _newest(reports)
         counters = own.counters if own.counted == newest.counted else newest.counters
         return replace(
-            counters,
+            _locked_in(counters, reports, newest.counted),
             steps=max(report.counters.steps for report in reports.values()),
             heals=counters.heals + self.intent.heals,
         )
 
     def led_in_vain(self, reports: Reports) -> tuple[int, ...]:
-        """The robots that do not lead next.
-
-        If `IN_VAIN` leaders knew no way since the strand has come on, none of its robots does, as long as
-        another one is there that may.
-        """
-        counters, ended = self.counters(reports), _newest(reports).counted
-        led = counters.led_in_vain
-        may_lead = reports.keys() - {*led}
-        of_strand = {robot for robot in may_lead if former_place(reports[robot], ended) is not None}
-        if counters.turns + len(led) < IN_VAIN or of_strand == may_lead:
-            return led
-        return (*led, *sorted(of_strand))
+        """The robots that do not lead next."""
+        counters = self.counters(reports)
+        led, locked_in = counters.led_in_vain, counters.locked_in
+        barred = (*led, *(robot for robot in locked_in if robot not in led))
+        return barred if reports.keys() - {*barred} else led
 
     def _plan(
         self,
@@ -165,6 +158,20 @@ class Agreement:
 def newest_map(reports: Reports) -> Report:
     """The report of a robot that has the newest map; one that tells it, if there is one."""
     return max(reports.values(), key=lambda report: (report.map_number, report.seen is not None))
+
+
+def _locked_in(counters: Counters, reports: Reports, ended: Epoch) -> Counters:
+    """Note which robots are locked in.
+
+    If `IN_VAIN` leaders of a strand knew no way since it has come on, all of its robots are, as long as
+    another one is there that may lead. What that one leads counts anew.
+    """
+    led, locked_in = {*counters.led_in_vain}, {*counters.locked_in}
+    of_strand = {robot for robot, report in reports.items() if report.counted == ended}
+    may_lead = reports.keys() - led - locked_in
+    if counters.turns + len(led - locked_in) < IN_VAIN or may_lead <= of_strand:
+        return counters
+    return replace(counters, turns=0, locked_in=tuple(sorted(led | locked_in | of_strand)))
 
 
 def _newest(reports: Reports) -> Report:

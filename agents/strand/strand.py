@@ -11,7 +11,6 @@ Rule 3 (liveness): what is granted (`agents.strand.grants`), and all other news,
 Rule 4: the leader's handover goes from each robot to the one behind until that has acknowledged it.
 """
 
-from msgspec.structs import replace
 
 from agents.commands import Command, Note
 from agents.events import LinkHeard
@@ -120,7 +119,7 @@ class Strand:
         """
         counters, come_on_m = self._formation.counters, self.path.end_m - self.laid_m
         has_come_on = come_on_m > self._mission.robot_keep_m and not self.back_by_m > 0.0
-        return replace(counters, turns=0, dissolved=0, led_in_vain=()) if has_come_on else counters
+        return Counters(steps=counters.steps, heals=counters.heals) if has_come_on else counters
 
     # --- where the neighbours are -------------------------------------------------------------------
 

@@ -49,6 +49,8 @@ class Counters(Struct, frozen=True, kw_only=True):
     """How often a strand has dissolved since then."""
     led_in_vain: Robots = ()
     """Who has led since then, and knew no way on."""
+    locked_in: Robots = ()
+    """Who was in a strand of which two such leaders were, and leads only where all others have led."""
     heals: Count = 0
     """How often a strand has formed again after a loss."""
 

@@ -42,6 +42,8 @@ HEALS: list[Healing] = [
     ("let-in-in-vain-before-the-goal", 532969, 20.102, ()),
     # A robot that misses 24 of 25 messages does not answer about its leg, and is asked about another one.
     ("one-that-owes-an-answer", 541876, 11.697, (5,)),
+    # Two are locked in a pocket by one that is lost again and again; the two outside have to go on.
+    ("locked-in-behind-one-that-is-lost", 536267, 9.09, (1, 2, 3)),
 ]
 HEALS_TOO: list[Healing] = [
     # The leader comes back in front of the robot that took its place, and has to lead again.

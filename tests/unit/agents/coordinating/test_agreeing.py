@@ -11,7 +11,7 @@ from protocol.network.outbox import Outbox
 from protocol.timeline import RobotStranded
 from protocol.wire.view import Counters, Former, Report
 
-ENDED, EPOCH = Epoch(generation=1, robot=1, life=5), Epoch(generation=2, robot=2, life=6)
+BEFORE, ENDED, EPOCH = (Epoch(generation=number, robot=1, life=5) for number in (1, 2, 3))
 HERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
 DRAFTED = Former(epoch=ENDED, rank=2, draft=True)
 
@@ -29,7 +29,7 @@ def report(robot: int, *formers: Former) -> Report:
     )
 
 
-OUTSIDE = {4: report(4), 5: report(5, DRAFTED)}
+OUTSIDE = {4: replace(report(4), counted=BEFORE), 5: replace(report(5, DRAFTED), counted=BEFORE)}
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,29 @@ def test_a_robot_that_was_left_out_leads_if_two_leaders_of_the_strand_knew_no_wa
     reports = {robot: replace(each, counters=counters) for robot, each in {**members, **outside}.items()}
     agreement = Agreement(2, EPOCH, Intent(Cause.PLEA, 2), sensed=False)
     assert agreement.led_in_vain(reports) == then
-    assert agreement.counters(reports).led_in_vain == led, "what is told counts leaders only"
+    told = agreement.counters(reports)
+    assert told.led_in_vain == led, "those who never led may still do so where all others have"
+    assert (told.locked_in, told.turns) == ((), turns) if then == led else (tuple(sorted(then)), 0)
+
+
+@pytest.mark.parametrize(
+    ("turns", "led", "then"),
+    [
+        (0, (2,), (2, 1)),
+        (1, (2, 3), (2, 3, 1, 4)),
+        (0, (2, 3, 4), (2, 3, 4, 1)),
+        (1, (2, 3, 4, 5), (2, 3, 4, 5)),
+    ],
+    ids=["at first", "one after another", "both", "all others have"],
+)
+def test_robots_that_are_locked_in_stay_so_when_another_strand_is_lost(
+    turns: int, led: tuple[int, ...], then: tuple[int, ...]
+) -> None:
+    counters = Counters(turns=turns, led_in_vain=led, locked_in=(1, 2))
+    strand = {robot: replace(report(robot), counters=counters) for robot in (3, 4)}
+    outside = {robot: replace(report(robot), counted=BEFORE) for robot in (1, 2, 5)}
+    agreement = Agreement(3, EPOCH, Intent(Cause.NEIGHBOUR_LOST, 3), sensed=False)
+    assert agreement.led_in_vain({**strand, **outside}) == then
 
 
 def test_a_formation_has_as_many_robots_as_a_message_can_tell_and_the_others_learn_why() -> None:

@@ -360,7 +360,7 @@ def test_an_old_or_late_state_does_not_end_a_silence(number: int, t_s: float) ->
 
 def test_counts_since_the_strand_has_come_on_begin_anew_when_the_path_has_grown_towards_the_goal() -> None:
     path = queue_path(ORDER, PLACES)
-    counters = Counters(steps=4, turns=2, dissolved=1, led_in_vain=(1,))
+    counters = Counters(steps=4, turns=2, dissolved=1, led_in_vain=(1,), locked_in=(1, 2))
     told = formation(2, ORDER, PLACES, {3: 2.0, 2: 1.0, 1: 0.0}, path, back_by_m=1.0, counters=counters)
     strand, counted = Strand(2, told, path, MISSION, 0.0), []
     for number, (vertices, backs_up) in enumerate([((), True), ((CORNER,), True), ((), False)], start=1):
