@@ -11,7 +11,6 @@ Rule 3 (liveness): what is granted (`agents.strand.grants`), and all other news,
 Rule 4: the leader's handover goes from each robot to the one behind until that has acknowledged it.
 """
 
-
 from agents.commands import Command, Note
 from agents.events import LinkHeard
 from agents.strand.grants import Grants
