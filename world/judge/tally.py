@@ -6,11 +6,13 @@ from dataclasses import dataclass, field
 
 from msgspec.structs import replace
 
+from protocol.fence import May
 from protocol.frames import Point
 from protocol.keys import WORLD, robot_number
 from protocol.timeline import (
     Entry,
     FaultInjected,
+    FenceChanged,
     GoalReached,
     LinkBroken,
     OrderAccepted,
@@ -59,7 +61,7 @@ class Tally:
     route_lost: tuple[float, RouteLost] | None = None
     goal_reached: bool = False
     over_s: float = math.inf
-    """When the run was over: a view in which a robot is bound later takes nothing from its arrival."""
+    """When the run was over: what a robot does later takes nothing from its arrival."""
     is_resumed: bool = False
     """Whether the world that knew when the run was over may have been killed: robots that settle tell it."""
     switching_steps: int = 0
@@ -74,7 +76,9 @@ class Tally:
     """The rules of fault plans that struck at least once."""
     _voices: Voices = field(default_factory=Voices)
     _bound: dict[int, float] = field(default_factory=dict)
-    """When robots that had arrived were bound in another view."""
+    """When robots that had arrived were bound in another view, or were in another strand."""
+    _left_s: dict[int, float] = field(default_factory=dict)
+    """When robots last had a turn, or were in another strand: by then they may have left their places."""
     _formed: int = 0
     """The epoch of the newest formation."""
     _left_out: frozenset[int] = frozenset()
@@ -125,7 +129,11 @@ class Tally:
     def end(self, t_s: float) -> None:
         """The run is over, or was by then."""
         self.over_s = min(self.over_s, t_s)
-        self.arrived |= {robot for robot, bound_s in self._bound.items() if bound_s >= self.over_s}
+        self.arrived |= {robot for robot, at_s in self._bound.items() if not self._has_left(robot, at_s)}
+
+    def _has_left(self, robot: int, bound_s: float) -> bool:
+        """Whether a robot that was bound then may have left its place before the run was over."""
+        return bound_s <= self._left_s.get(robot, -math.inf) < self.over_s
 
     def _hear_world(self, entry: Entry) -> None:
         match entry.record:
@@ -139,6 +147,8 @@ class Tally:
                 self._disturb(entry.t_s)
             case RobotReturned():
                 self._disturb(entry.t_s)
+            case FenceChanged(may=May.ONE, named=robot):
+                self._left_s[robot] = entry.t_s
             case ScanServed(revolutions=revolutions):
                 self.planning_events += 1
                 self.scans += revolutions
@@ -157,8 +167,8 @@ class Tally:
             case RobotArrived():
                 self.arrived.add(robot)
                 self.arrived_s = max(self.arrived_s, entry.t_s)
-            case StrandJoined() | ViewJoined():
-                self._bind(robot, entry.t_s)
+            case StrandJoined() | ViewJoined() as bound:
+                self._bind(robot, entry.t_s, stands=isinstance(bound, ViewJoined))
             case StrandFormed(epoch=epoch):
                 self._form(epoch, entry.t_s)
             case RobotStranded() as stranded if stranded.epoch >= self._formed:
@@ -174,8 +184,10 @@ class Tally:
             case _:
                 pass  # not counted
 
-    def _bind(self, robot: int, t_s: float) -> None:
-        """A robot is in another view or strand, in which it has no place yet."""
+    def _bind(self, robot: int, t_s: float, *, stands: bool) -> None:
+        """A robot is in another view, in which it stands until it has a turn; or in another strand."""
+        if not stands:
+            self._left_s[robot] = t_s
         if t_s < self.over_s and robot in self.arrived:
             self.arrived.discard(robot)
             self._bound[robot] = t_s

@@ -4,11 +4,13 @@ from collections.abc import Sequence
 import pytest
 from msgspec.structs import replace as with_fields
 
+from protocol.fence import May
 from protocol.frames import Point
 from protocol.root import ROOT
 from protocol.timeline import (
     Entry,
     FaultInjected,
+    FenceChanged,
     GoalReached,
     PromiseBroken,
     Record,
@@ -18,6 +20,8 @@ from protocol.timeline import (
     RouteLost,
     ScanServed,
     StepFinished,
+    StrandJoined,
+    ViewJoined,
 )
 from tests.support.scenes.world_scenarios import scenario
 from tests.support.strands import ordered, strand
@@ -194,6 +198,36 @@ KILLED = FaultInjected(fault="kill", rule="kill-1", process="r2")
 def test_a_requested_death_breaks_no_promise() -> None:
     passed = verdict([*ALL_WELL[:2], ("world", 4.0, KILLED), ("world", 5.0, DIED[2])], living=frozenset({1}))
     assert (passed.ok, passed.reason, passed.robots_arrived) == (True, "every living robot has arrived", 1)
+
+
+BOUND = ("r1", 9.6, ViewJoined(epoch=20_002))
+
+
+def turn(robot: int) -> FenceChanged:
+    return FenceChanged(epoch=20_002, turn=1, may=May.ONE, coordinator=2, life="2", named=robot)
+
+
+@pytest.mark.parametrize(
+    ("then", "arrived"),
+    [
+        ([BOUND], {1, 2}),
+        ([BOUND, ("world", 9.7, turn(2))], {1, 2}),
+        ([BOUND, ("world", 9.7, turn(1))], {2}),
+        ([("world", 9.7, turn(1)), BOUND], {2}),
+        ([("world", 9.4, turn(1)), BOUND], {1, 2}),
+        ([BOUND, ("world", 9.9, turn(1))], {1, 2}),
+        ([BOUND, ("r1", 9.7, StrandJoined(epoch=20_002, rank=1))], {2}),
+        ([BOUND, ("r1", 9.7, StrandJoined(epoch=20_002, rank=1)), BOUND], {2}),
+    ],
+    ids=["bound", "another", "turn", "heard before", "before", "too late", "strand", "bound again"],
+)
+def test_a_robot_that_is_bound_in_a_view_stands_where_it_has_arrived_until_it_has_a_turn(
+    then: list[tuple[str, float, Record]], arrived: set[int]
+) -> None:
+    tally = tally_of([*ALL_WELL, *then])
+    assert 1 not in tally.arrived, "it has no place in that view yet"
+    tally.end(9.8)
+    assert tally.arrived == arrived
 
 
 def test_every_scan_is_one_planning_event_with_any_number_of_revolutions() -> None:
