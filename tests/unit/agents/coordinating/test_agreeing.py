@@ -5,11 +5,13 @@ from msgspec.structs import replace
 
 from agents.commands import Note
 from agents.coordinating.agreeing import NO_ROOM, Agreement, Intent
+from agents.strand.leading import LEADERS_MAX
 from protocol.fence import Cause, Epoch
-from protocol.frames import ROBOTS_MAX, Pose
+from protocol.frames import ROBOTS_MAX, Point, Pose, Vertex
 from protocol.network.outbox import Outbox
 from protocol.timeline import RobotStranded
-from protocol.wire.view import Counters, Former, Report
+from protocol.wire.codec import fits
+from protocol.wire.view import FORMERS_MAX, LEG_CORNERS_MAX, SEEN_BYTES_MAX, Counters, Former, Look, Report
 
 BEFORE, ENDED, EPOCH = (Epoch(generation=number, robot=1, life=5) for number in (1, 2, 3))
 HERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
@@ -75,6 +77,23 @@ def test_robots_that_are_locked_in_stay_so_when_another_strand_is_lost(
     outside = {robot: replace(report(robot), counted=BEFORE) for robot in (1, 2, 5)}
     agreement = Agreement(3, EPOCH, Intent(Cause.NEIGHBOUR_LOST, 3), sensed=False)
     assert agreement.led_in_vain({**strand, **outside}) == then
+
+
+def test_the_largest_report_of_the_largest_fleet_fits_where_all_but_one_are_locked_in() -> None:
+    corner, epoch = 0.123456789, Epoch(generation=2**31, robot=ROBOTS_MAX, life=2**63)
+    corners = tuple(Vertex(x_m=corner, y_m=corner, s_m=corner) for _ in range(LEG_CORNERS_MAX))
+    former = Former(
+        epoch=epoch, rank=9, s_m=corner, at=Point(x_m=corner, y_m=corner), leg_from_m=corner, corners=corners
+    )
+    ways = tuple(Point(x_m=corner, y_m=corner) for _ in range(LEG_CORNERS_MAX + 2))
+    largest = replace(
+        report(ROBOTS_MAX, *[former] * FORMERS_MAX),
+        look=Look(number=9, way=ways),
+        seen=bytes(SEEN_BYTES_MAX),
+        counters=Counters(led_in_vain=(1,) * LEADERS_MAX, locked_in=tuple(range(1, ROBOTS_MAX))),
+        counted=epoch,
+    )
+    assert fits(largest)
 
 
 def test_a_formation_has_as_many_robots_as_a_message_can_tell_and_the_others_learn_why() -> None:
