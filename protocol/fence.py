@@ -98,7 +98,7 @@ class Cause(StrEnum):
     PLEA = "plea"  # a robot that is left out asks to be let in
     COORDINATOR_LOST = "coordinator_lost"
     MISFIT = "misfit"  # a member does not stand where the formation has it
-    OUTSIDERS = "outsiders"  # more robots are left out than are in the strand
+    OUTSIDERS = "outsiders"  # put by a robot that is left out: over ALL it counts when enough ask
     OPERATOR = "operator"  # a stop, or its release
     WORLD_RESTARTED = "world_restarted"
 
@@ -108,8 +108,6 @@ class Raise(Struct, frozen=True, kw_only=True, tag="raise"):
 
     epoch: Epoch
     cause: Cause
-    outsider: bool = False
-    """Whether a robot that is not in the strand puts it, over ALL: the register takes it when enough ask."""
 
 
 class Turn(Struct, frozen=True, kw_only=True, tag="turn"):

@@ -16,6 +16,8 @@ from agents.liveness.timing import Timing
 from protocol.fence import Cause, Epoch, Fence, May, Raise
 from protocol.timeline import ViewProposed
 
+SHARED = frozenset({Cause.START, Cause.COORDINATOR_LOST})  # what all robots may want at once
+
 
 @dataclass(frozen=True, slots=True)
 class Reason:
@@ -26,9 +28,6 @@ class Reason:
     about: int | None = None
     how: str = ""
     """NEIGHBOUR_LOST: `token` or `silence`."""
-    outsider: bool = False
-    is_shared: bool = False
-    """Whether all robots may have the same reason."""
 
 
 @dataclass(slots=True)
@@ -72,7 +71,7 @@ class Raising:
             return []
         self._put_at_s = now_s
         epoch = fence.epoch.next(self.robot, self.life)
-        put = Put(Raise(epoch=epoch, cause=reason.cause, outsider=reason.outsider))
+        put = Put(Raise(epoch=epoch, cause=reason.cause))
         if epoch == self.proposed:
             return [put]
         self.proposed, self.reason = epoch, reason
@@ -84,6 +83,6 @@ class Raising:
         drawn = blake2b(f"{self.life}/{generation}".encode(), digest_size=4).digest()
         share = int.from_bytes(drawn) / 2**32
         doubled = min(self.in_vain(generation), self.timing.doublings_max)
-        if reason.is_shared:
+        if reason.cause in SHARED:
             return self.timing.shared_draws_s * share * 2.0**doubled
         return self.timing.draws_s * (1.0 + share) * 2.0 ** (doubled - 1) if doubled else 0.0

@@ -92,7 +92,7 @@ class Proposing:
         """Propose a view if there is a reason to."""
         if fence.epoch.robot == 0:
             cause = Cause.START if fence.epoch.generation == 0 else Cause.COORDINATOR_LOST
-            reason: Reason | None = Reason(cause, "nobody coordinates", is_shared=True)
+            reason: Reason | None = Reason(cause, "nobody coordinates")
         elif member is not None:
             reason = self._for_member(member, odometry, reporter, now_s)
         elif fence.may is May.ALL:
@@ -137,7 +137,7 @@ class Proposing:
             why = "nobody has moved, and there was no turn"
         else:
             return None
-        return Reason(Cause.COORDINATOR_LOST, why, coordinator, is_shared=True)
+        return Reason(Cause.COORDINATOR_LOST, why, coordinator)
 
     def _is_deaf(self, epoch: Epoch, waits_s: float, now_s: float) -> bool:
         """Whether the coordinator has answered nothing for so long, given no turn, and nobody has moved.
@@ -154,7 +154,7 @@ class Proposing:
         has_gone = self._suspicion.has_gone(self._led_by, self._leader_heard_s, now_s)
         if has_gone and odometry.stood_s >= self._timing.stood_s:
             return Reason(Cause.COORDINATOR_LOST, "the leader does not answer, and nobody moves")
-        return Reason(Cause.OUTSIDERS, "the leader does not answer", outsider=True)
+        return Reason(Cause.OUTSIDERS, "the leader does not answer")
 
     def _note(self, reason: Reason, member: Member, now_s: float) -> list[Command]:
         """What goes with a member's proposal, once."""

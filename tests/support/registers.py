@@ -18,7 +18,8 @@ def epoch(generation: int, robot: int, *, start: int = 1) -> Epoch:
 
 
 def raised(generation: int, robot: int, *, start: int = 1, outsider: bool = False) -> Raise:
-    return Raise(epoch=epoch(generation, robot, start=start), cause=Cause.NEIGHBOUR_LOST, outsider=outsider)
+    cause = Cause.OUTSIDERS if outsider else Cause.NEIGHBOUR_LOST
+    return Raise(epoch=epoch(generation, robot, start=start), cause=cause)
 
 
 def nobody(of: Epoch, turn: int) -> Turn:

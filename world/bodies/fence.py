@@ -105,7 +105,8 @@ class Register:
     def _answer_raise(self, robot: int, change: Raise, now_s: float) -> Taken | None:
         if not self._wins(robot, change.epoch) or self._quotas[robot].at(now_s).left == 0:
             return None
-        if change.outsider and self.fence.may is May.ALL and not self._outsiders_win(robot, now_s):
+        asks = change.cause is Cause.OUTSIDERS and self.fence.may is May.ALL
+        if asks and not self._outsiders_win(robot, now_s):
             return None
         return Taken(Fence(epoch=change.epoch), change.cause)
 

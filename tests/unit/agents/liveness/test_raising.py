@@ -11,7 +11,7 @@ from protocol.timeline import ViewProposed
 
 TIMING = Timing()
 OWN = Reason(Cause.NEIGHBOUR_LOST, "token", 2)
-SHARED = Reason(Cause.COORDINATOR_LOST, "it is silent", 1, is_shared=True)
+SHARED = Reason(Cause.COORDINATOR_LOST, "it is silent", 1)
 lives = st.integers(1, 2**63 - 1)
 
 
@@ -117,11 +117,3 @@ def test_when_odometry_tells_a_newer_epoch_whatever_was_wanted_waits_anew() -> N
     assert raising.want(OWN, fence(4), 20.0) == []
     (put,) = puts(raising.want(OWN, fence(4), 21.0))
     assert put.epoch.generation == 5
-
-
-def test_an_outsider_says_that_it_is_one() -> None:
-    raising, told = Raising(2, 77, TIMING), fence(3, May.ALL)
-    reason = Reason(Cause.OUTSIDERS, "the leader does not answer", outsider=True)
-    raising.enter(told)
-    raising.want(reason, told, 0.0)
-    assert [put.outsider for put in puts(raising.want(reason, told, 1.0))] == [True]

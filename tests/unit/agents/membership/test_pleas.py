@@ -14,7 +14,7 @@ def test_a_leader_lets_a_robot_in_at_its_next_stop_or_after_a_while() -> None:
     assert pleas.reason(10.0 + STOP_S, stands=False) is None
     for reason in (pleas.reason(10.0, stands=True), pleas.reason(10.1 + STOP_S, stands=False)):
         assert reason is not None
-        assert (reason.cause, reason.about, reason.is_shared) == (Cause.PLEA, 3, False)
+        assert (reason.cause, reason.about) == (Cause.PLEA, 3)
 
 
 def test_the_first_that_asks_is_the_one_that_the_view_is_about() -> None:

@@ -8,12 +8,11 @@ from agents.commands import Put
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
 from agents.membership.past import Past
-from agents.membership.places import Places
 from agents.membership.pleas import Pleas
 from agents.membership.proposing import Proposing
 from agents.membership.reporting import Reporter
 from agents.strand.memory import Memory
-from protocol.fence import Epoch, Fence, May, Raise
+from protocol.fence import Cause, Epoch, Fence, May, Raise
 from protocol.frames import Point, Pose
 from protocol.keys import WORLD_NUMBER
 from protocol.wire.messages import Odometry, Phase
@@ -46,7 +45,7 @@ def raised_at_s(*, last_moved_s: float) -> float | None:
     suspicion.presence.come(WORLD_NUMBER, "world", 0.0)
     driver = Driver(speed_mps=0.3)
     senses, memory = Senses(MISSION, driver), Memory(MISSION)
-    reporter = Reporter(EPOCH, LIFE, MISSION, TIMING, memory, Past(), Places(), heard_at_s=0.0)
+    reporter = Reporter(EPOCH, LIFE, MISSION, TIMING, memory, Past(), heard_at_s=0.0)
     proposing = Proposing(2, LIFE, TIMING, suspicion, Pleas(TIMING))
     proposing.enter(TURN, 0.0)
     for tenth in range(80):
@@ -91,6 +90,6 @@ def test_where_no_body_moves_one_that_is_left_out_raises_as_any_robot_only_if_th
         told = odometry(tenth, fence, stood_s=now_s)
         commands = proposing.act(fence, told, None, None, now_s, coordinates=False)
         puts = [each.change for each in commands if isinstance(each, Put)]
-        raises += [each.outsider for each in puts if isinstance(each, Raise)]
+        raises += [each.cause is Cause.OUTSIDERS for each in puts if isinstance(each, Raise)]
     assert raises[0]
     assert raises[-1] is leader_lives

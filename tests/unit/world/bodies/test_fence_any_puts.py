@@ -31,7 +31,7 @@ fences = st.builds(
     members=st.integers(0, ROBOTS + 1),
 )
 changes = (
-    st.builds(Raise, epoch=epochs, cause=st.sampled_from(Cause), outsider=st.booleans())
+    st.builds(Raise, epoch=epochs, cause=st.sampled_from(Cause))
     | st.builds(Turn, fence=fences)
     | st.builds(Stop)
     | st.builds(Release, generation=generations)
