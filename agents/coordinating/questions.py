@@ -105,16 +105,11 @@ class Questions:
             theirs, at = None if ahead is None else reports[ahead], reports[robot].place
             place = None if theirs is None else theirs.place
             asked = self._asked.get(robot)
-            if asked is not None and (asked.at, asked.question.ahead, asked.question.place) == (
-                at,
-                ahead or 0,
-                place,
-            ):
+            if asked is not None and (asked.at, asked.question.place) == (at, place):
                 continue  # rule 1
             self._count += 1
             question = Question(
                 number=self._count,
-                ahead=ahead or 0,
                 place=place,
                 formers=theirs.formers if theirs is not None and keeps else (),
                 others=self._beside(at, where),

@@ -80,7 +80,7 @@ class Places:
         """The coordinator has told this robot's place in its draft, or that it has none."""
         draft = self.draft
         if rank is not None:
-            draft = Former(epoch=epoch, rank=rank, draft=True)
+            draft = Former(epoch=epoch, rank=rank)
         elif draft is not None and draft.epoch == epoch:
             draft = None
         return type(self)(self.old, draft)

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from protocol.fence import AnyRobot, Epoch, Life
+from protocol.fence import Epoch, Life
 from protocol.frames import ROBOTS_MAX, Count, Length, Point, Pose, RobotCount, RobotId, Vertex
 
 FORMERS_MAX = 4  # the last three formations, and the draft
@@ -30,12 +30,16 @@ class Former(Struct, frozen=True, kw_only=True):
     s_m: Length = 0.0
     """Arc length along that formation's path; of no meaning in a draft."""
     at: Point | None = None
-    """Where on that path that is; the body may stand beside it. Null: it is a place in a draft."""
+    """Where on that path that is; the body may stand beside it. Null: it is a place in a draft, of which no
+    formation has been made."""
     leg_from_m: Length | None = None
     """From here to `s_m` it tells the path's corners, for the robot behind; null: it tells none."""
     corners: Annotated[tuple[Vertex, ...], Meta(max_length=LEG_CORNERS_MAX)] = ()
-    draft: bool = False
-    """Whether it is a place in a draft, of which no formation has been made."""
+
+    @property
+    def draft(self) -> bool:
+        """Whether it is a place in a draft."""
+        return self.at is None
 
 
 class Counters(Struct, frozen=True, kw_only=True):
@@ -60,10 +64,8 @@ class Question(Struct, frozen=True, kw_only=True):
 
     number: Count
     """Counts the questions of a view."""
-    ahead: AnyRobot = 0
-    """0: the robot is to tell how far off the nearest obstacle is."""
     place: Pose | None = None
-    """Where the robot ahead stands."""
+    """Where the robot ahead stands; null: the robot is to tell how far off the nearest obstacle is."""
     formers: Annotated[tuple[Former, ...], Meta(max_length=FORMERS_MAX)] = ()
     """That robot's."""
     others: Annotated[tuple[Point, ...], Meta(max_length=64)] = ()

@@ -73,8 +73,8 @@ AT = {
 }
 MOVED = Pose(x_m=2.0, y_m=-0.9, heading_rad=0.0)
 FORMERS: dict[int, tuple[Former, ...]] = {
-    1: (Former(epoch=LAST, rank=1, s_m=0.0),),
-    2: (Former(epoch=LAST, rank=0, s_m=1.0),),
+    1: (Former(epoch=LAST, rank=1, s_m=0.0, at=Point(x_m=0.0, y_m=0.0)),),
+    2: (Former(epoch=LAST, rank=0, s_m=1.0, at=Point(x_m=1.0, y_m=0.0)),),
     3: (),
 }
 

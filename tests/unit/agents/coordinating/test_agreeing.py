@@ -15,7 +15,8 @@ from protocol.wire.view import FORMERS_MAX, LEG_CORNERS_MAX, SEEN_BYTES_MAX, Cou
 
 BEFORE, ENDED, EPOCH = (Epoch(generation=number, robot=1, life=5) for number in (1, 2, 3))
 HERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
-DRAFTED = Former(epoch=ENDED, rank=2, draft=True)
+THERE = Point(x_m=0.0, y_m=0.0)
+DRAFTED = Former(epoch=ENDED, rank=2)
 
 
 def report(robot: int, *formers: Former) -> Report:
@@ -49,7 +50,7 @@ OUTSIDE = {4: replace(report(4), counted=BEFORE), 5: replace(report(5, DRAFTED),
 def test_a_robot_that_was_left_out_leads_if_two_leaders_of_the_strand_knew_no_way(
     turns: int, led: tuple[int, ...], outside: dict[int, Report], then: tuple[int, ...]
 ) -> None:
-    members = {robot: report(robot, Former(epoch=ENDED, rank=robot - 1)) for robot in (1, 2, 3)}
+    members = {robot: report(robot, Former(epoch=ENDED, rank=robot - 1, at=THERE)) for robot in (1, 2, 3)}
     counters = Counters(turns=turns, led_in_vain=led)
     reports = {robot: replace(each, counters=counters) for robot, each in {**members, **outside}.items()}
     agreement = Agreement(2, EPOCH, Intent(Cause.PLEA, 2), sensed=False)

@@ -21,8 +21,14 @@ def report(robot: int, formers: tuple[Former, ...]) -> Report:
     return Report(epoch=VIEW, life=robot, number=1, turn=0, place=place, formers=formers)
 
 
+def stood_at(s_m: float, *, rank: int, epoch: Epoch = ENDED) -> Former:
+    return Former(epoch=epoch, rank=rank, s_m=s_m, at=PATH.at(s_m))
+
+
 def reports(**change: Former) -> dict[int, Report]:
-    stood = {robot: Former(epoch=ENDED, rank=robot - 1, s_m=s_m) for robot, s_m in AT_M.items()}
+    stood = {
+        robot: Former(epoch=ENDED, rank=robot - 1, s_m=s_m, at=PATH.at(s_m)) for robot, s_m in AT_M.items()
+    }
     stood |= {int(name[1:]): former for name, former in change.items()}
     return {robot: report(robot, (former,)) for robot, former in stood.items()}
 
@@ -40,9 +46,9 @@ def test_the_order_is_reversed_and_the_path_is_cut_and_goes_the_other_way() -> N
 @pytest.mark.parametrize(
     "former",
     [
-        Former(epoch=VIEW, rank=1, s_m=3.0),  # in another strand
-        Former(epoch=ENDED, rank=1, s_m=3.0, draft=True),  # in a draft
-        Former(epoch=ENDED, rank=2, s_m=3.0),  # two of one rank
+        stood_at(3.0, rank=1, epoch=VIEW),  # in another strand
+        Former(epoch=ENDED, rank=1),  # in a draft
+        stood_at(3.0, rank=2),  # two of one rank
     ],
 )
 def test_a_strand_of_which_not_all_stand_in_their_order_does_not_turn_round(former: Former) -> None:

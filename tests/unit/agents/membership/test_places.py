@@ -32,15 +32,12 @@ def ahead_at(
     *,
     epoch: Epoch = EPOCH,
     rank: int = 0,
-    draft: bool = False,
     leg_from_m: float | None = 0.5,
 ) -> tuple[Former, ...]:
     from_m = s_m if leg_from_m is None else leg_from_m
     corners = tuple(vertex for vertex in bend() if from_m < vertex.s_m < s_m)
     place = bend().at(s_m)
-    former = Former(
-        epoch=epoch, rank=rank, s_m=s_m, at=place, leg_from_m=leg_from_m, corners=corners, draft=draft
-    )
+    former = Former(epoch=epoch, rank=rank, s_m=s_m, at=place, leg_from_m=leg_from_m, corners=corners)
     return (former,)
 
 
@@ -148,7 +145,7 @@ def test_corners_that_the_robot_behind_has_passed_are_not_in_its_leg() -> None:
         ahead_at(0.4),  # behind it on the path
         ahead_at(3.0, leg_from_m=None),  # that robot tells no corners
         ahead_at(3.0, leg_from_m=0.6),  # it tells the corners of a part
-        ahead_at(3.0, draft=True),  # nobody has driven to a place in a draft
+        (Former(epoch=EPOCH, rank=0),),  # nobody has driven to a place in a draft
         (),
     ],
 )

@@ -48,8 +48,7 @@ class Bound:
             mission=MISSION,
             timing=TIMING,
             memory=Memory(MISSION),
-            past=Past(),
-            places=self.places,
+            past=Past(self.places),
             heard_at_s=0.0,
         )
 
@@ -157,11 +156,10 @@ def test_where_the_strand_ends_serves_for_the_turn_that_it_was_told_for_until_th
     assert bound.reporter.join(4) is None
 
 
-def test_an_answer_to_another_life_or_an_older_one_changes_nothing() -> None:
+def test_an_older_answer_changes_nothing() -> None:
     bound = Bound()
     bound.answered(0.0, 0, rank=1)
     newest = bound.reporter.answer
-    bound.reporter.hear(Answer(epoch=EPOCH, life=LIFE + 1, heard=9), 99, 1.0)
     bound.reporter.hear(Answer(epoch=EPOCH, life=LIFE, heard=9), 1, 1.0)
     assert bound.reporter.answer == newest
 
@@ -170,7 +168,7 @@ def test_an_answer_to_another_life_or_an_older_one_changes_nothing() -> None:
 
 
 def leg_asked(**more: object) -> Question:
-    question = Question(number=1, ahead=1, place=AHEAD, others=(Point(x_m=0.8, y_m=0.0),))
+    question = Question(number=1, place=AHEAD, others=(Point(x_m=0.8, y_m=0.0),))
     return replace(question, **more)
 
 
