@@ -19,7 +19,6 @@ from agents.coordinating.agreeing import Agreement, Intent
 from agents.coordinating.draft import Begin, Done, Draft, Give, Wait
 from agents.coordinating.drafted import Drafted, drafted
 from agents.coordinating.formation import Plan
-from agents.coordinating.joins import join_for
 from agents.coordinating.phases import PHASES, Phase
 from agents.coordinating.questions import Questions
 from agents.coordinating.reported import Reported
@@ -65,7 +64,7 @@ class Coordinator:
         """Whether another robot has reported since the draft began."""
         self._draft: Draft | None = None
         self._turns = Turns(epoch, timing, now_s)
-        self._telling = Telling(epoch, timing, self._reported, self._questions, self._turns, now_s=now_s)
+        self._telling = Telling(epoch, timing, self._reported, self._questions, self._turns)
         self._join: Join | None = None
         self._no_room: set[int] = set()
         """Who had no turn, since no message can say where the strand ends."""
@@ -172,7 +171,7 @@ class Coordinator:
         next_ = draft.next(self._reports, now_s, others_may_come_back=others_may_come_back)
         match next_:
             case Give(robot):
-                join = join_for(draft, robot, self._reports, fence.turn + 1)
+                join = draft.join(robot, self._reports, fence.turn + 1)
                 if fits(join):
                     self._join = join
                     self._reported.ask({robot})
@@ -244,7 +243,7 @@ class Coordinator:
         """Rule 3."""
         self._reported.drop(robot)
         self._questions.forget({robot})
-        if self._draft is not None and self.phase is not Phase.FORMED:
+        if self._draft is not None:
             self._draft.drop(robot)
             if self.phase is not Phase.GATHERING:
                 self._enter(Phase.GATHERING)

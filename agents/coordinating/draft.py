@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from agents.coordinating.legs import robots_in_place
+from agents.coordinating.legs import line_of, robots_in_place
 from agents.coordinating.order import (
     former_order,
     in_front,
@@ -31,11 +31,12 @@ from agents.coordinating.order import (
     places_of,
     positions,
 )
+from agents.coordinating.questions import points
 from agents.liveness.timing import Timing
 from protocol.fence import Cause
 from protocol.frames import Point
 from protocol.mission import Mission
-from protocol.wire.view import Look, Report
+from protocol.wire.view import Join, Look, Report
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,6 +154,20 @@ class Draft:
             return False
         self.strand = list(self.order[:count])
         return True
+
+    def join(self, robot: int, reports: Mapping[int, Report], turn: int) -> Join:
+        """Where the strand ends that the robot joins in this turn, and where the other robots stand."""
+        strand, places = self.front, places_of(reports)
+        line, leg = line_of(places, strand, self.legs)
+        waiting = [other for other in places if other != robot and other not in strand]
+        return Join(
+            turn=turn,
+            strand=points(positions(places, strand)),
+            waiting=points(positions(places, waiting)),
+            robots=tuple(sorted((*strand, *waiting))),
+            line=points(line),
+            last_leg=int((leg == leg[-1]).sum()) if len(leg) else 0,
+        )
 
     def end_turn(self, robot: int, *, placed: bool) -> None:
         """A robot has ended its turn, in place or in vain, or has lost it."""

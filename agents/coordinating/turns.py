@@ -8,6 +8,7 @@ Rule 2 (liveness): a turn is idle while its robot stands, less the time for whic
 """
 
 from collections.abc import KeysView
+from dataclasses import dataclass, field
 
 from agents.commands import Command, Put
 from agents.due import is_due
@@ -16,33 +17,26 @@ from protocol.fence import Epoch, Fence, May, Turn
 from protocol.wire.messages import Odometry
 
 
+@dataclass(slots=True)
 class Turns:
     """The turns of one epoch."""
 
-    def __init__(self, epoch: Epoch, timing: Timing, now_s: float) -> None:
-        self._epoch = epoch
-        self._timing = timing
-        self._newest: Fence | None = None
-        self._put_at_s = now_s
-        self._put_for: dict[int, int] = {}
-        self._watched_s = now_s
-        self._idle_s = 0.0
-
-    @property
-    def newest(self) -> Fence | None:
-        """The newest turn that was put."""
-        return self._newest
-
-    @property
-    def idle_s(self) -> float:
-        """For how much longer bodies have stood than driven in the newest robot's turn (rule 2)."""
-        return self._idle_s
+    epoch: Epoch
+    timing: Timing
+    _watched_s: float
+    """When bodies were watched last; at first: since when there is the view."""
+    newest: Fence | None = None
+    """The newest turn that was put."""
+    idle_s: float = 0.0
+    """For how much longer bodies have stood than driven in the newest robot's turn (rule 2)."""
+    _put_at_s: float = -float("inf")
+    _put_for: dict[int, int] = field(default_factory=dict)
 
     def watch(self, odometry: Odometry, now_s: float) -> None:
         """Note whether a body moves, by the newest odometry."""
         passed_s, self._watched_s = now_s - self._watched_s, now_s
-        drives = odometry.moving or odometry.stood_s < self._timing.put_s
-        self._idle_s = max(0.0, self._idle_s - passed_s if drives else self._idle_s + passed_s)
+        drives = odometry.moving or odometry.stood_s < self.timing.put_s
+        self.idle_s = max(0.0, self.idle_s - passed_s if drives else self.idle_s + passed_s)
 
     @property
     def had(self) -> KeysView[int]:
@@ -55,24 +49,24 @@ class Turns:
 
     def are_told(self, fence: Fence) -> bool:
         """Whether odometry that tells this fence has told the newest turn."""
-        return self._newest is None or fence.turn >= self._newest.turn
+        return self.newest is None or fence.turn >= self.newest.turn
 
     def put(
         self, told: Fence, now_s: float, *, may: May, robot: int = 0, life: int = 0, members: int = 0
     ) -> list[Command]:
         """Put the turn after the one that odometry has told."""
-        fence = Fence(epoch=self._epoch, turn=told.turn + 1, may=may, robot=robot, life=life, members=members)
-        again = self._newest is not None and self._newest.turn == fence.turn
-        assert not again or self._newest == fence, "one content for each turn number"
-        self._newest, self._put_at_s = fence, now_s
+        fence = Fence(epoch=self.epoch, turn=told.turn + 1, may=may, robot=robot, life=life, members=members)
+        again = self.newest is not None and self.newest.turn == fence.turn
+        assert not again or self.newest == fence, "one content for each turn number"
+        self.newest, self._put_at_s = fence, now_s
         if may is May.ONE:
-            self._put_for[robot], self._idle_s = fence.turn, 0.0
+            self._put_for[robot], self.idle_s = fence.turn, 0.0
         return [Put(Turn(fence=fence))]
 
     def repeat(self, now_s: float) -> list[Command]:
         """Put the newest turn again, if it is time."""
-        newest = self._newest
-        due = is_due(last_s=self._put_at_s, every_s=self._timing.put_s, now_s=now_s)
+        newest = self.newest
+        due = is_due(last_s=self._put_at_s, every_s=self.timing.put_s, now_s=now_s)
         if newest is None or not due:
             return []
         self._put_at_s = now_s

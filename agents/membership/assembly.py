@@ -20,18 +20,9 @@ class Assembly:
     def __init__(self) -> None:
         self._pieces: dict[int, Formation] = {}
 
-    def add(self, piece: Formation) -> bool:
-        """Take a piece in; returns whether it fits to the others."""
-        known = next(iter(self._pieces.values()), None)
-        if known is not None and (known.epoch, known.life, known.turn, known.vertices) != (
-            piece.epoch,
-            piece.life,
-            piece.turn,
-            piece.vertices,
-        ):
-            return False
+    def add(self, piece: Formation) -> None:
+        """Take in a piece of this epoch's formation for this life: there is one (F4)."""
         self._pieces[piece.first] = piece
-        return True
 
     @property
     def whole(self) -> tuple[Formation, Path] | None:

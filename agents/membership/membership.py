@@ -17,7 +17,6 @@ from agents.commands import Command, Note, Say
 from agents.coordinating.coordinator import Coordinator
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
-from agents.membership.assembly import Assembly
 from agents.membership.past import Past
 from agents.membership.pleas import Pleas
 from agents.membership.proposing import Proposing
@@ -59,7 +58,6 @@ class Membership:
         self._has_begun = False
         self._reporter: Reporter | None = None
         self._turns = OwnTurns(life, mission, driver, senses)
-        self._assembly = Assembly()
         self._own_number = 0
 
     @property
@@ -81,35 +79,34 @@ class Membership:
             return []
         before, self._fence = self._fence, self._driver.odometry.fence
         fence = self._fence
+        if self._turns.end() and self._reporter is not None:
+            self._reporter.leave_places()
+        self._happen(Happening.NOT_NAMED)  # every fence ends the turn before, also where the next is its own
         commands = self._bind(now_s) if fence.epoch != before.epoch else []
         self._proposing.enter(fence, now_s)
-        self._happen(Happening.NOT_NAMED)  # every fence ends the turn before, also where the next is its own
         if fence.may is May.ONE and fence.names(self._robot, self._life):
             self._happen(Happening.NAMED)
         return commands
 
     def _happen(self, happening: Happening) -> None:
         self.state = after(self.state, happening)
-        if self.state is not State.JOINING and self._turns.end() and self._reporter is not None:
-            self._reporter.leave_places()
 
     def _bind(self, now_s: float) -> list[Command]:
         """There is a newer epoch: leave whatever this robot is in."""
         self._happen(Happening.NEWER_EPOCH)
         if self._reporter is not None:
-            self._past = self._past.with_places(self._reporter.places)
+            self._past = self._reporter.past
         if self.member is not None:
             self._past = self._past.with_strand(self.member)
         intent = self._proposing.intent(self.member, self._past.neighbours)
         epoch = self._fence.epoch
         self.member = self._reporter = self.coordinator = None
-        self._assembly = Assembly()
         self._pleas.forget()
         self._senses.forget()
         if epoch.robot == 0:
             return []
         self._reporter = Reporter(
-            epoch, self._life, self._mission, self._timing, self._memory, self._past, self._past.places, now_s
+            epoch, self._life, self._mission, self._timing, self._memory, self._past, now_s
         )
         if (epoch.robot, epoch.life) == (self._robot, self._life):
             self.coordinator = Coordinator(
@@ -143,8 +140,7 @@ class Membership:
                     self._happen(Happening.LEFT_OUT)
                     return [Note(ViewLeft(epoch=said.epoch.number))]
             case Formation() if reporter is not None and said.life == self._life:
-                self._assembly.add(said)
-                reporter.hear_formation(now_s)
+                reporter.hear_formation(said, now_s)
             case _:
                 pass  # from a robot that may not say so
         return []
@@ -174,7 +170,7 @@ class Membership:
         return commands + proposed
 
     def _take_place(self, now_s: float) -> None:
-        whole = self._assembly.whole
+        whole = None if self._reporter is None else self._reporter.assembly.whole
         if whole is None or whole[0].turn != self._fence.turn or not in_force(self._fence):
             return
         self._happen(Happening.FORMED)

@@ -8,7 +8,7 @@ Rule 2: it looks when it is asked to, from where it stands. A leg that has been 
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from msgspec.structs import replace
 
@@ -17,6 +17,7 @@ from agents.body.senses import Senses
 from agents.commands import Command, Say
 from agents.due import is_due
 from agents.liveness.timing import Timing
+from agents.membership.assembly import Assembly
 from agents.membership.legs import leg_is_clear, leg_needs_closer_look, without_hulls
 from agents.membership.past import Past
 from agents.membership.places import Places
@@ -28,7 +29,7 @@ from protocol.fence import Epoch
 from protocol.frames import Pose
 from protocol.mission import DRIVE_SHARE, Mission
 from protocol.path import THERE_M
-from protocol.wire.view import Answer, Join, Look, Question, Report, Seen
+from protocol.wire.view import Answer, Formation, Join, Look, Question, Report, Seen
 
 
 @dataclass(slots=True)
@@ -41,8 +42,7 @@ class Reporter:
     timing: Timing
     memory: Memory
     past: Past
-    places: Places
-    """The robot's, as of now."""
+    """With its places as of now."""
     heard_at_s: float
     """When the coordinator was heard last, or the view began."""
     answer: Answer | None = None
@@ -51,6 +51,8 @@ class Reporter:
     """Its newest turn in this view."""
     formed_s: float = math.inf
     """When the first piece of the formation came."""
+    assembly: Assembly = field(default_factory=Assembly)
+    """Of the formation."""
     _said: Report | None = None
     _said_at_s: float = -float("inf")
     _newest: int = -1
@@ -58,12 +60,12 @@ class Reporter:
 
     def hear(self, answer: Answer, number: int, now_s: float) -> None:
         """Take in the coordinator's answer; an older one than the newest changes nothing."""
-        if answer.life != self.life or number <= self._newest:
+        if number <= self._newest:
             return
         self._newest = number
         self.heard_at_s, self.answer = now_s, answer
         if answer.rank is not None or self.ended is not None:
-            self.places = self.places.with_draft(self.epoch, answer.rank)
+            self.past = self.past.with_places(self.past.places.with_draft(self.epoch, answer.rank))
 
     def join(self, turn: int) -> Join | None:
         """Where the strand ends, for this turn of the robot; None if it does not know, or has ended it."""
@@ -76,8 +78,9 @@ class Reporter:
         """When the coordinator said that no way was found for this robot; None: it does not say so."""
         return self.heard_at_s if self.answer is not None and self.answer.stranded else None
 
-    def hear_formation(self, now_s: float) -> None:
+    def hear_formation(self, piece: Formation, now_s: float) -> None:
         """A piece of the formation has come."""
+        self.assembly.add(piece)
         self.heard_at_s = now_s
         self.formed_s = min(self.formed_s, now_s)
 
@@ -87,7 +90,7 @@ class Reporter:
 
     def leave_places(self) -> None:
         """The robot has driven by its own steps: it stands at none of its former places."""
-        self.places = Places()
+        self.past = self.past.with_places(Places())
 
     def act(self, driver: Driver, senses: Senses, now_s: float) -> list[Command]:
         """Look if asked to, and report; to be called while the robot stands."""
@@ -120,7 +123,7 @@ class Reporter:
             number=0,
             turn=odometry.fence.turn if fresh or said is None else said.turn,
             place=odometry.pose,
-            formers=self.places.formers(odometry.pose),
+            formers=self.past.places.formers(odometry.pose),
             look=self._look,
             ended=0 if self.ended is None else self.ended.turn,
             placed=self.ended is not None and self.ended.placed,
@@ -142,7 +145,7 @@ class Reporter:
         if question.place is not None:
             drive_m = DRIVE_SHARE * self.mission.mu0_m + THERE_M
             off_m_max = drive_m if self.mission.promises_clearance else math.inf
-            way = self.places.leg_to(question.formers, pose, question.place, off_m_max=off_m_max)
+            way = self.past.places.leg_to(question.formers, pose, question.place, off_m_max=off_m_max)
             if way is not None:
                 self._look = Look(number=question.number, clear=True, driven=True, way=way)
                 return []

@@ -63,8 +63,6 @@ class TurnTaker:
     def act(self, now_s: float) -> list[Command]:
         """Look, plan and drive, until the turn has ended."""
         driver = self._driver
-        if self.ended is not None:
-            return []
         commands = self._watch.look(now_s)
         if self._step is not None and self._watch.gives_up(now_s):
             self._watch.begin_again()

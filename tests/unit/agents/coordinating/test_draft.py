@@ -6,7 +6,6 @@ import pytest
 from msgspec.structs import replace
 
 from agents.coordinating.draft import Begin, Done, Draft, Give, Wait
-from agents.coordinating.joins import join_for
 from agents.liveness.timing import Timing
 from protocol.fence import Cause, Epoch
 from protocol.frames import Point, Pose
@@ -54,9 +53,9 @@ def settled(draft: Draft, there: Reports, *clear: int, driven: tuple[int, ...] =
 
 def test_who_has_the_turn_is_told_which_robots_stand_where_and_not_only_how_many() -> None:
     there = reports({robot: QUEUE[robot] for robot in (1, 2, 4)})
-    join = join_for(settled(drafted(), there, 2), 4, there, turn=1)
+    join = settled(drafted(), there, 2).join(4, there, turn=1)
     assert (len(join.strand), join.waiting, join.robots) == (2, (), (1, 2))
-    join = join_for(settled(drafted(), there), 4, there, turn=1)
+    join = settled(drafted(), there).join(4, there, turn=1)
     assert (len(join.strand), len(join.waiting), join.robots) == (1, 1, (1, 2))
 
 

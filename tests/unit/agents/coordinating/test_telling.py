@@ -34,7 +34,7 @@ def told(had_turn: set[int], *, is_made: bool) -> dict[int, Answer]:
     for number, robot in enumerate(sorted(had_turn)):
         turns.put(Fence(epoch=EPOCH, turn=number), 0.0, may=May.ONE, robot=robot, life=robot)
     questions = Questions(under("certified", robots=3), TIMING)
-    telling = Telling(EPOCH, TIMING, reported, questions, turns, now_s=0.0)
+    telling = Telling(EPOCH, TIMING, reported, questions, turns)
     if is_made:
         agreement = Agreement(1, EPOCH, Intent(Cause.START), sensed=False)
         telling.tell(agreement.drafted(PLACED, {}, frozenset(), reported.counted, turn=9), 0.0)
