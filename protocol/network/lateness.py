@@ -1,8 +1,8 @@
 """How late a process runs, as it measures it itself. Pure: times are arguments.
 
-Rule 1: a pass of the event loop is late by the time in which it neither computed nor was asked to wait. So a
+Rule 1: a turn of the event loop is late by the time in which it neither computed nor was asked to wait. So a
         long computation is not lateness: only a machine that has no time for the process is.
-Rule 2: a pass that took longer than `LATE_S_MAX` was a stopped process, and says nothing about the machine.
+Rule 2: a turn that took longer than `LATE_S_MAX` was a stopped process, and says nothing about the machine.
 Rule 3: the longest recent delay counts: it is halved every `HALF_LIFE_S`.
 """
 
@@ -20,17 +20,17 @@ class Lateness:
 
     _late_s: float = 0.0
     _at_s: float = 0.0
-    _turned: tuple[float, float] | None = None
-    """When the last turn began: by the wall clock, and by the time that this thread has computed."""
+    _turned: tuple[float, float, float] | None = None
+    """When the last turn began, by the wall clock and by this thread's CPU time, and its longest wait."""
 
     def turn(self, wall_s: float, cpu_s: float, *, asked_s: float) -> None:
-        """A turn of the loop has ended, in which it was asked to wait for so long at most."""
+        """A turn of the loop begins, so the last has ended; in this one it waits for `asked_s` at most."""
         if self._turned is not None:
-            took_s = wall_s - self._turned[0]
-            late_s = took_s - (cpu_s - self._turned[1]) - asked_s
+            began_wall_s, began_cpu_s, last_asked_s = self._turned
+            took_s = wall_s - began_wall_s
             if took_s <= LATE_S_MAX:
-                self.hear(late_s, wall_s)
-        self._turned = (wall_s, cpu_s)
+                self.hear(took_s - (cpu_s - began_cpu_s) - last_asked_s, wall_s)
+        self._turned = (wall_s, cpu_s, asked_s)
 
     def hear(self, late_s: float, wall_s: float) -> None:
         """So late was a turn, of this process or of another that tells it."""

@@ -7,7 +7,7 @@ from protocol.wire.messages import LATE_S_MAX
 
 
 def late(*turns: tuple[float, float]) -> Lateness:
-    """A process whose turns end at these times, by the wall clock and by its CPU; each asks for 0.1 s."""
+    """A process whose turns begin at these times, by the wall clock and by its CPU; each asks for 0.1 s."""
     lateness = Lateness()
     for wall_s, cpu_s in turns:
         lateness.turn(wall_s, cpu_s, asked_s=0.1)
@@ -20,6 +20,15 @@ def test_a_turn_that_was_only_as_long_as_asked_is_not_late() -> None:
 
 def test_a_turn_is_late_by_the_time_in_which_it_neither_computed_nor_was_to_wait() -> None:
     assert late((5.0, 1.0), (5.5, 1.1)).now_s(5.5) == pytest.approx(0.3)
+
+
+def test_a_turn_is_measured_by_the_wait_that_it_was_asked_for_and_not_by_that_of_the_next() -> None:
+    lateness = Lateness()
+    lateness.turn(5.0, 1.0, asked_s=0.1)  # nothing is due for 0.1 s
+    lateness.turn(5.1, 1.0, asked_s=0.0)  # now something is
+    assert lateness.now_s(5.1) == pytest.approx(0.0)
+    lateness.turn(5.3, 1.0, asked_s=0.2)
+    assert lateness.now_s(5.3) == pytest.approx(0.2)
 
 
 def test_a_long_computation_is_no_lateness() -> None:
