@@ -86,7 +86,7 @@ class FaultyTransport(AroundTransport):
             return
         if faults.rules != self.faults.rules:
             rules: tuple[Rule, ...] = (*self._conditions.plan.rules, *faults.rules)
-            self._message_faults = MessageFaults(Plan(name="given", rules=rules), self._conditions.seed)
+            self._message_faults = self._message_faults.turned_to(Plan(name="given", rules=rules))
         self.faults = faults
 
     async def arrivals(self, timeout_s: float | None) -> Sequence[Arrival]:

@@ -172,6 +172,19 @@ async def test_rules_sent_by_the_world_are_active_from_then_on_and_affect_no_fau
     assert [(each.rule, each.number) for each in noted] == [("given-1", 1), ("given-1", 2)]
 
 
+async def test_what_becomes_of_queries_does_not_depend_on_a_rule_for_others_that_comes_meanwhile() -> None:
+    async def answered(*meanwhile: Rule) -> list[bool]:
+        asked = Asked(KEYS.scan("r1"), Ask(), lambda _: None)
+        half = Drop(name="half", kinds=("ask",), probability=0.5)
+        transport, _ = stage(half, bursts=[[asked] for _ in range(20)])
+        transport.have(Faults(number=1, step=0, struck=(), rules=(), slow_s=0.0))
+        first = [await transport.arrivals(0.0) == [asked] for _ in range(10)]
+        transport.have(Faults(number=2, step=0, struck=(), rules=meanwhile, slow_s=0.0))
+        return first + [await transport.arrivals(0.0) == [asked] for _ in range(10)]
+
+    assert await answered(Drop(name="given-1", kinds=("plea",))) == await answered()
+
+
 async def test_tokens_that_are_no_longer_watched_are_forgotten() -> None:
     token, other = KEYS.alive("r2", "a"), KEYS.alive("r3", "a")
     transport, _ = stage(name="r1", bursts=[[Appeared(token), Appeared(other)]])
