@@ -29,7 +29,7 @@ class FaultInjected(Kind, frozen=True, kw_only=True, tag="fault.injected"):
     key: Annotated[Text | None, Meta(description="of the message, without the run's root")] = None
     number: Annotated[
         Count | None,
-        Meta(description="of the message on that key; for queries and replies, the receiver's count"),
+        Meta(description="of the message on that key; 0: a query or a reply, which have none"),
     ] = None
     process: Annotated[Text | None, Meta(description="the affected process: `r3`, `world`, `router`")] = None
 
