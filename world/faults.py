@@ -19,9 +19,10 @@ from protocol.faults.fit import misfits
 from protocol.faults.plan import Plan
 from protocol.faults.process_faults import ProcessAction, ProcessFault, ProcessFaults
 from protocol.faults.roles import Roles
-from protocol.faults.rules import MessageRule, ProcessRule, Restart, Rule, Slow, Thaw
+from protocol.faults.rules import MessageRule, ProcessRule, Restart, Rule, Thaw
 from protocol.keys import WORLD, robot_name
 from protocol.timeline import Entry, FaultInjected, RobotStarted, WorldResumed
+from protocol.wire.codec import fits
 from protocol.wire.messages import Faults
 
 TELL_S = 0.5  # simulated: how often the state is repeated
@@ -33,6 +34,12 @@ GIVEN = re.compile(r"given-([0-9]{1,9})([.]|$)")  # bounded, since a robot may r
 def is_given(name: str) -> bool:
     """Whether a rule of this name may be one that was given by hand."""
     return GIVEN.match(name) is not None
+
+
+def _given_number(name: str) -> int:
+    """The number in a name that a rule given by hand may have; 0: no such rule has it."""
+    found = GIVEN.match(name)
+    return 0 if found is None else int(found[1])
 
 
 class RunFaults:
@@ -50,8 +57,8 @@ class RunFaults:
         self._last_action: dict[str, str] = {}
         """The last action on each process that stopped or resumed it."""
         self._slow_s: dict[str, float] = {}
-        self._delays_s = {str(rule.name): rule.delay_s for rule in plan.rules if isinstance(rule, Slow)}
-        self._given = 0
+        self._given = max(map(_given_number, plan.names), default=0)
+        """The greatest number that a rule has, by hand or of the plan: names must differ (rule 1)."""
         self._news = 0
         self._told_news, self._told_s = 0, 0.0
         self._names = frozenset(plan.names)
@@ -61,8 +68,9 @@ class RunFaults:
         """Process an entry from before the world was started again."""
         self.hear(source, entry)
         match entry.record:
-            case FaultInjected(fault="slow", rule=rule, process=str(process)) if rule in self._delays_s:
-                self._slow_s[process] = self._delays_s[rule]
+            case FaultInjected(fault="slow", rule=rule, process=str(process)):
+                if (delay_s := self._planned.delay_s(rule)) > 0.0:
+                    self._slow_s[process] = delay_s
             case FaultInjected(fault="unslow", process=str(process)):
                 self._slow_s.pop(process, None)
             case _:
@@ -76,8 +84,8 @@ class RunFaults:
         for faults in (self._planned, *self._manual):
             faults.hear(source, entry)
         match entry.record:
-            case FaultInjected(rule=rule) if given := GIVEN.match(rule):
-                self._given = max(self._given, int(given[1]))
+            case FaultInjected(rule=rule):
+                self._given = max(self._given, _given_number(rule))
             case WorldResumed():
                 self._news += NEWS_MAX
             case _:
@@ -134,6 +142,8 @@ class RunFaults:
             kept = [each for each in self._rules if each.until_s is None or each.until_s > now_s]
             if len(kept) == GIVEN_MAX:
                 raise UsageError(f"no more than {GIVEN_MAX} rules may be given at once")
+            if not fits(((*kept, *rules), self._names)):
+                raise UsageError("the rules that were given do not fit into one message; end some first")
             self._rules = (*kept, *rules)
             self._ended.expect(rules)
             for each in (self._planned, *self._manual):

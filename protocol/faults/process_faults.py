@@ -101,6 +101,11 @@ class ProcessFaults:
         """The newest switching step that is known to be planned."""
         return max(self._roles.step, self._told_step)
 
+    def delay_s(self, rule: str) -> float:
+        """The delay of the rule with this name; 0: it slows nothing."""
+        known = self._rules.get(rule)
+        return known.delay_s if isinstance(known, Slow) else 0.0
+
     @property
     def is_over(self) -> bool:
         """Whether no fault is left that could become due."""

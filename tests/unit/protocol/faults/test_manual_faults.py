@@ -124,6 +124,30 @@ def test_a_manual_message_rule_is_active_from_now_for_the_given_time() -> None:
     assert (rule.name, rule.from_s, rule.until_s) == ("given-1", 5.0, 7.0)
 
 
+def test_rules_given_by_hand_get_no_name_that_a_rule_of_the_plan_has() -> None:
+    plan = Plan(name="some", rules=(Drop(name="given-1"), Kill(name="given-7.r2", target="r2", from_s=9.0)))
+    assert RunFaults(plan, 1, robots=3).add(Drop(), now_s=0.0, for_s=None) == "given-8"
+
+
+def test_rules_that_do_not_fit_into_one_message_are_refused_until_others_end() -> None:
+    everybody = tuple(f"r{robot}" for robot in range(1, 1001))
+    cut = Partition(group=everybody[:500], others=everybody[500:])
+    struck = Plan(name="long", rules=tuple(Kill(name=f"{n:064}", target="r1") for n in range(400)))
+    faults = RunFaults(struck, 1, robots=1000)
+
+    def give_all() -> None:
+        for _ in range(GIVEN_MAX):
+            faults.add(cut, now_s=0.0, for_s=None)
+
+    with pytest.raises(UsageError, match="do not fit into one message"):
+        give_all()
+    for name in struck.names:
+        faults.hear("world", entry(FaultInjected(fault="kill", rule=name, process="r1")))
+    assert decode(encode(faults.of("r1"), 1))[1] == faults.of("r1")
+    faults.end("given-1", now_s=1.0)
+    faults.add(cut, now_s=1.0, for_s=None)
+
+
 def test_expired_rules_make_room_for_new_ones() -> None:
     faults = without_plan()
     for _ in range(GIVEN_MAX):
