@@ -20,8 +20,10 @@ def open_regular(path: Path) -> BufferedReader:
     """Open a regular file for reading.
 
     Raises:
-        OSError: it is missing, not readable, or not a regular file.
+        OSError: it is missing, not readable, or not a regular file; or no file can have this name.
     """
+    if "\0" in str(path):  # as a name in a scenario may have it; `os.open` raises a ValueError
+        raise OSError(errno.EINVAL, "no file can have this name", str(path))
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC | os.O_NOCTTY)
     try:
         kind = os.fstat(descriptor).st_mode

@@ -42,6 +42,7 @@ def test_other_laws_keep_their_names(said: str) -> None:
     [
         ("none.py:mine", r".*/none\.py: cannot be read: No such file or directory"),
         ("folder.py:mine", r".*/folder\.py: cannot be read: Is a directory"),
+        ("my\0law.py:mine", r".*/my\0law\.py: cannot be read: no file can have this name"),
         ("mylaw.py", r"must be a name, or FILE\.py:NAME such as mylaw\.py:mine, got 'mylaw\.py'"),
         ("./mylaw", r"must be a name, or FILE\.py:NAME .*, got '\./mylaw'"),
         ("mylaw.py:not a name", r"must be a name, or FILE\.py:NAME .*"),
