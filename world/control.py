@@ -8,6 +8,7 @@ Rule 2: of a client that has given up, only a stop is obeyed. A world that was f
 
 import asyncio
 import contextlib
+import logging
 import os
 import select
 from collections.abc import AsyncIterator, Callable
@@ -34,9 +35,10 @@ from protocol.faults.rules import Rule
 from protocol.files.writing import write_whole
 from world.record.recorder import must_write
 
+log = logging.getLogger("world")
+
 Add = Callable[[Rule, float | None], str]
 """Applies a rule for a time; returns its name, or raises `UsageError`."""
-
 
 Go = Callable[[float], str]
 """Lets a held run go on for so long; returns its time, or raises `UsageError`."""
@@ -87,7 +89,8 @@ async def heard(private: Path, folder: Path, serves: Serves) -> AsyncIterator[No
 
     try:
         server = await asyncio.start_unix_server(serve, path, limit=LINE_BYTES_MAX)
-    except OSError:  # the path is too long: the run continues without manual faults
+    except OSError as error:  # most likely the path is too long
+        log.warning("there will be neither faults by hand nor an emergency stop: %s", error)
         yield
         return
     try:

@@ -136,6 +136,16 @@ async def test_what_fails_while_a_request_is_served_ends_the_world(tmp_path: Pat
         await world()
 
 
+async def test_a_run_that_cannot_be_asked_says_that_there_is_no_emergency_stop(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    private = tmp_path / "a path that is too long for a socket".ljust(120, ".")
+    private.mkdir()
+    async with heard(private, tmp_path, Serves(no_rule, no_end, no_halt, no_go)):
+        assert not (tmp_path / WHERE_FILE).exists()
+    assert "neither faults by hand nor an emergency stop" in caplog.text
+
+
 async def test_a_held_run_is_asked_to_go_on_and_answers_with_its_time(tmp_path: Path) -> None:
     async with heard(
         tmp_path, tmp_path, Serves(given_1, nothing_to_end, no_halt, lambda for_s: f"{1.0 + for_s}")
