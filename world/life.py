@@ -260,8 +260,10 @@ class Life:
         """Let a held run go on for so long from now; returns its time.
 
         Raises:
-            UsageError: the run is not active.
+            UsageError: the run is not held, or not active.
         """
+        if not self._request.held:
+            raise UsageError("the run is not held: it goes on by itself")
         self._check_running()
         self._pace.go(self._world.now_s + for_s, wall_s=time.monotonic())
         return f"{self._world.now_s:.3f}"

@@ -1,10 +1,14 @@
 """The shell of the world of one fleet, over a transport that is played by the test."""
 
+import asyncio
 import contextlib
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 
+import pytest
+
+from protocol.errors import UsageError
 from protocol.faults.plan import NO_FAULTS
 from protocol.network.session import Session
 from protocol.network.traffic import Traffic
@@ -86,3 +90,14 @@ async def test_a_turn_takes_messages_for_a_limited_time_and_the_rest_in_order_in
             life.turn((), None)
         assert len(await _arrived(life, 1.0)) == QUESTIONS
     assert transport.answered == list(range(QUESTIONS))
+
+
+def test_only_a_held_run_is_asked_to_go_on_since_another_one_would_be_held_by_that(tmp_path: Path) -> None:
+    session = Session(fleet="clew", run="run", name="world", endpoints=("tcp/127.0.0.1:1",))
+
+    async def ask() -> None:
+        with life_over(Flooded(session), session, tmp_path) as life:
+            life.go(1.0)
+
+    with pytest.raises(UsageError, match="the run is not held"):
+        asyncio.run(ask())
