@@ -41,7 +41,7 @@ FLOORS: dict[str, dict[str, int]] = {
     },
     "world": {
         **dict.fromkeys(("answers", "attendance", "chance", "commands", "events", "faults"), 0),
-        "routing": 0,
+        **dict.fromkeys(("quota", "routing"), 0),
         "geometry/": 0,
         "scenario/": 1,
         "judge/": 2,

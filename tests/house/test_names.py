@@ -10,7 +10,8 @@ from agents.membership import pleas
 from agents.strand import blocked, leading
 from protocol.root import ROOT
 from tests.support.docs import page
-from world.bodies import fence, quota
+from world import quota
+from world.bodies import fence
 
 STRAND = "strand.md"
 WORDS_MAX = 1800  # of the page on the protocol: it is read from start to end

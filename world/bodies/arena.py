@@ -131,7 +131,7 @@ class Arena:
         self._go_to(instants * ODOMETRY_TICKS)
         self._noted_s = self.moved_s = self.now_s
         self._told = [self._ticks * TOLD_PER_TICK_MAX] * len(self._told)
-        self._register = Register(len(self._told), past.fence)
+        self._register = Register(len(self._told), past.fence, past.quotas)
         return notes
 
     def restart_fence(self) -> list[Note]:

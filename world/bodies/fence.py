@@ -13,7 +13,7 @@ Rule 5: a world that has been started again takes the next generation, number 0.
 Rule 6: a put counts only under the number of its key.
 Rule 7: over ALL, raises of robots that are not in the strand are held. One is taken when more such robots
         than the strand has members have asked within `OUTSIDERS_S`.
-Rule 8: a robot without a quota raises nothing (`world.bodies.quota`).
+Rule 8: a robot that has no raise left raises nothing (`world.quota`).
 
 Rules 1 to 6 are for safety, 7 and 8 for liveness.
 """
@@ -34,7 +34,7 @@ from protocol.fence import (
     Turn,
 )
 from protocol.timeline import FenceChanged
-from world.bodies.quota import Quota
+from world.quota import Quotas
 
 OUTSIDERS_S = 5.0  # simulated; a robot repeats its raise many times a second
 
@@ -66,9 +66,11 @@ class Taken:
 class Register:
     """The fence of a fleet of robots 1 to `robots`."""
 
-    def __init__(self, robots: int, fence: Fence | None = None) -> None:
+    def __init__(self, robots: int, fence: Fence | None = None, quotas: Quotas | None = None) -> None:
+        """A register that goes on begins with the fence and the quotas of the one before."""
         self.fence = Fence() if fence is None else fence
-        self._quotas = {robot: Quota() for robot in range(1, robots + 1)}
+        self._robots = range(1, robots + 1)
+        self._quotas = Quotas() if quotas is None else quotas
         self._asked_s: dict[int, float] = {}
         """When each outsider last asked for a raise over the present ALL."""
 
@@ -103,7 +105,7 @@ class Register:
                 assert_never(change)
 
     def _answer_raise(self, robot: int, change: Raise, now_s: float) -> Taken | None:
-        if not self._wins(robot, change.epoch) or self._quotas[robot].at(now_s).left == 0:
+        if not self._wins(robot, change.epoch) or not self._quotas.may_raise(robot, now_s):
             return None
         asks = change.cause is Cause.OUTSIDERS and self.fence.may is May.ALL
         if asks and not self._outsiders_win(robot, now_s):
@@ -113,7 +115,7 @@ class Register:
     def _wins(self, robot: int, epoch: Epoch) -> bool:
         """Rules 2 and 6."""
         now = self.fence
-        if robot not in self._quotas or epoch.robot != robot or epoch.life == 0 or now.may is May.STOPPED:
+        if robot not in self._robots or epoch.robot != robot or epoch.life == 0 or now.may is May.STOPPED:
             return False
         if epoch.generation == now.epoch.generation + 1:
             return True
@@ -138,9 +140,9 @@ class Register:
             case May.NOBODY:
                 return (fence.robot, fence.life, fence.members) == (NOBODY_NUMBER, 0, 0)
             case May.ONE:
-                return fence.robot in self._quotas and fence.life != 0 and fence.members == 0
+                return fence.robot in self._robots and fence.life != 0 and fence.members == 0
             case May.ALL:
-                return fence.robot in self._quotas and 1 <= fence.members <= len(self._quotas)
+                return fence.robot in self._robots and 1 <= fence.members <= len(self._robots)
             case May.STOPPED:
                 return False
             case _:
@@ -152,16 +154,4 @@ class Register:
     def _take(self, taken: Taken, now_s: float) -> None:
         before, self.fence = self.fence, taken.fence
         self._asked_s = {}
-        old, new = before.epoch, taken.fence.epoch
-        if taken.fence.may is May.ALL:
-            self._count_view(new.robot, now_s, in_vain=False)
-        elif old != new:
-            # A view that another one of its generation or the operator has ended was not its robot's fault.
-            if before.may is not May.ALL and new.generation > old.generation and new.robot != NOBODY_NUMBER:
-                self._count_view(old.robot, now_s, in_vain=True)
-            if (quota := self._quotas.get(new.robot)) is not None:
-                self._quotas[new.robot] = quota.at(now_s).used()
-
-    def _count_view(self, robot: int, now_s: float, *, in_vain: bool) -> None:
-        if (quota := self._quotas.get(robot)) is not None:
-            self._quotas[robot] = quota.at(now_s).after_view(in_vain=in_vain)
+        self._quotas.hear(before, taken.fence, now_s)

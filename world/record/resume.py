@@ -40,6 +40,7 @@ from protocol.timeline import (
     WorldResumed,
 )
 from world.judge.tally import Tally
+from world.quota import Quotas
 from world.record.lines import Line, read_lines
 from world.record.recorder import EVENTS_FILE, Header, held_alone
 
@@ -113,6 +114,8 @@ class Past:
     """The bodies that were placed."""
     fence: Fence = field(default_factory=Fence)
     """The newest that was recorded."""
+    quotas: Quotas = field(default_factory=Quotas)
+    """How often each robot may raise it."""
     come: set[int] = field(default_factory=set)
     dead: set[int] = field(default_factory=set)
     incarnations: dict[int, str] = field(default_factory=dict)
@@ -149,7 +152,8 @@ class Past:
             case RobotReturned(robot=robot):
                 self.dead.discard(robot)
             case FenceChanged() as changed:
-                self.fence = _fence_of(changed)
+                before, self.fence = self.fence, _fence_of(changed)
+                self.quotas.hear(before, self.fence, entry.t_s)
             case WorldResumed(life=life):
                 self.life = life + 1
             case PromiseBroken() as broken:

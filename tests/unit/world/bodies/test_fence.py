@@ -6,7 +6,7 @@ from msgspec.structs import replace
 from protocol.fence import Bearing, Cause, Change, Epoch, Fence, May, Raise, Release, Stop, Turn, obeys
 from tests.support.registers import OPERATOR, ROBOTS, Talk, all_of, epoch, life_of, nobody, one, raised
 from world.bodies.fence import OUTSIDERS_S, Register
-from world.bodies.quota import BACK_S, BACK_S_MAX, RAISES_MAX
+from world.quota import BACK_S, BACK_S_MAX, RAISES_MAX
 
 
 def test_a_run_begins_with_a_fence_under_which_nobody_may_move() -> None:
