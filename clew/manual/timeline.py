@@ -1,5 +1,6 @@
 """The tables of `docs/timeline.md`, from the types of `protocol/timeline/`."""
 
+from inspect import cleandoc
 from typing import get_args
 
 import msgspec
@@ -20,9 +21,9 @@ def kinds() -> str:
 def _kind(schema: Schema, components: Schema) -> str:
     kind = schema["properties"]["kind"]["enum"][0]
     fields = {name: field for name, field in schema["properties"].items() if name != "kind"}
-    return f"### `{kind}`\n\n{schema['description']}\n\n{table(fields, components)}"
+    return f"### `{kind}`\n\n{cleandoc(schema['description'])}\n\n{table(fields, components)}"
 
 
 def _part(name: str, components: Schema) -> str:
     schema = components[name]
-    return f"### {name}\n\n{schema['description']}\n\n{table(schema['properties'], components)}"
+    return f"### {name}\n\n{cleandoc(schema['description'])}\n\n{table(schema['properties'], components)}"
