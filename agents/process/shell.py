@@ -48,6 +48,7 @@ from protocol.network.faulty_transport import Conditions, FaultyTransport
 from protocol.network.lateness import Lateness
 from protocol.network.outbox import Outbox, resend_s
 from protocol.network.session import Session
+from protocol.network.traffic import in_parts
 from protocol.network.transport import Appeared, Arrival, Heard, Listed, Refused, Transport, Vanished
 from protocol.network.zenoh_transport import open_transport
 from protocol.timeline import MessageRefused, Record, RobotFailed, RobotSettled, RobotStarted, TrafficCounted
@@ -265,19 +266,17 @@ class Shell:
             if self._world_is_silent():
                 return ExitCode.FAILED
         traffic = self._transport.traffic
-        self._note(
-            TrafficCounted(
-                sent=self._counted(traffic.sent),
-                received=self._counted(traffic.received),
-                newest=self._counted(traffic.newest),
-                injected={
-                    fault: self._counted(by_key) for fault, by_key in traffic.injected_by_fault().items()
-                },
-                refused=self._counted(traffic.refused),
-                overflowed=traffic.overflowed_count,
-                unrecorded=self._outbox.lost_count,
-            )
+        counted = TrafficCounted(
+            sent=self._counted(traffic.sent),
+            received=self._counted(traffic.received),
+            newest=self._counted(traffic.newest),
+            injected={fault: self._counted(by_key) for fault, by_key in traffic.injected_by_fault().items()},
+            refused=self._counted(traffic.refused),
+            overflowed=traffic.overflowed_count,
+            unrecorded=self._outbox.lost_count,
         )
+        for part in in_parts(counted):
+            self._note(part)
         await self._tell_last()
         return ExitCode.FAILED if len(self._outbox) else ExitCode.OK
 

@@ -1,7 +1,13 @@
 """Counts of messages by key, at one process; the message accounts of the fleet are made from them."""
 
 from collections import Counter
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+
+from msgspec.structs import replace
+
+from protocol.timeline import TrafficCounted
+from protocol.wire.codec import fits
 
 REFUSED_KEYS_MAX = 100  # a peer that may send on any key must not fill our memory, nor our last entry
 OTHERS = "others"
@@ -59,3 +65,46 @@ class Traffic:
 
     def _note_number(self, key: str, number: int) -> None:
         self.newest[key] = max(number, self.newest.get(key, 0))
+
+
+def in_parts(counted: TrafficCounted) -> list[TrafficCounted]:
+    """The same counts in as many entries as they need to fit into messages; the last has those of queues."""
+    if fits(counted):
+        return [counted]
+    by_key = (counted.sent, counted.received, counted.newest, counted.refused, *counted.injected.values())
+    keys = sorted({key for counts in by_key for key in counts})
+    first = set(keys[: len(keys) // 2])
+    low = replace(_of(counted, lambda key: key in first), overflowed=0, unrecorded=0)
+    return [*in_parts(low), *in_parts(_of(counted, lambda key: key not in first))]
+
+
+def joined(one: TrafficCounted, other: TrafficCounted) -> TrafficCounted:
+    """The counts of two entries of one source as one."""
+    faults = sorted(one.injected.keys() | other.injected.keys())
+    return TrafficCounted(
+        sent={**one.sent, **other.sent},
+        received={**one.received, **other.received},
+        newest={**one.newest, **other.newest},
+        injected={
+            fault: {**one.injected.get(fault, {}), **other.injected.get(fault, {})} for fault in faults
+        },
+        refused={**one.refused, **other.refused},
+        overflowed=one.overflowed + other.overflowed,
+        unrecorded=one.unrecorded + other.unrecorded,
+    )
+
+
+def _of(counted: TrafficCounted, is_of: Callable[[str], bool]) -> TrafficCounted:
+    """The counts of some keys."""
+
+    def some(counts: Mapping[str, int]) -> dict[str, int]:
+        return {key: count for key, count in counts.items() if is_of(key)}
+
+    return replace(
+        counted,
+        sent=some(counted.sent),
+        received=some(counted.received),
+        newest=some(counted.newest),
+        injected={fault: some(counts) for fault, counts in counted.injected.items()},
+        refused=some(counted.refused),
+    )

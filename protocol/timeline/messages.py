@@ -35,7 +35,10 @@ class FaultInjected(Kind, frozen=True, kw_only=True, tag="fault.injected"):
 
 
 class TrafficCounted(Kind, frozen=True, kw_only=True, tag="traffic.counted"):
-    """A source's messages by key (without the run's root): sent, received, and the newest number received."""
+    """A source's messages by key (without the run's root): sent, received, and the newest number received.
+
+    Counts of more keys than fit into one message (about 1,300 robots) are told in several entries.
+    """
 
     sent: Counts
     received: Counts

@@ -9,6 +9,7 @@ from msgspec.structs import replace
 from protocol.fence import May
 from protocol.frames import Point
 from protocol.keys import WORLD, robot_number
+from protocol.network.traffic import joined
 from protocol.timeline import (
     Entry,
     FaultInjected,
@@ -180,7 +181,8 @@ class Tally:
             case RobotSettled() as settled:
                 self._settle(robot, settled, entry.t_s)
             case TrafficCounted() as counted:
-                self.counted[robot] = counted
+                before = self.counted.get(robot)
+                self.counted[robot] = counted if before is None else joined(before, counted)
             case _:
                 pass  # not counted
 

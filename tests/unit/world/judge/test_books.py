@@ -172,6 +172,27 @@ def test_a_message_removed_by_several_faults_counts_once() -> None:
     assert tally.removed == {("link/r1/r2", "r2"): {"drop": 2}}
 
 
+def test_counts_that_are_told_in_parts_are_one_account() -> None:
+    tally, none = Tally(), dict[str, int]()
+    for n, other in enumerate(("r1", "r3"), start=1):
+        key = f"view/{other}/r2"
+        part = TrafficCounted(
+            sent={f"view/r2/{other}": n},
+            received={key: n},
+            newest={key: n + 1},
+            injected={"drop": {key: 1}},
+            refused=none,
+            overflowed=0,
+            unrecorded=n,
+        )
+        tally.hear("r2", Entry(n=n, t_s=1.0, hlc="", record=part))
+    counted = tally.counted[2]
+    assert counted.sent == {"view/r2/r1": 1, "view/r2/r3": 2}
+    assert counted.newest == {"view/r1/r2": 2, "view/r3/r2": 3}
+    assert counted.injected == {"drop": {"view/r1/r2": 1, "view/r3/r2": 1}}
+    assert tally.unrecorded_count == 3
+
+
 def test_a_message_removed_after_its_receiver_has_counted_is_in_no_book() -> None:
     """Odometry arrives, and faults remove it, until the process ends."""
     tally = Tally()
