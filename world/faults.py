@@ -139,7 +139,7 @@ class RunFaults:
             plan = Plan(name=name, rules=rules)
             self._manual.append(ProcessFaults(plan, self._seed, frozen=self._ended.frozen))
         else:
-            kept = [each for each in self._rules if each.until_s is None or each.until_s > now_s]
+            kept = self._active(now_s)
             if len(kept) == GIVEN_MAX:
                 raise UsageError(f"no more than {GIVEN_MAX} rules may be given at once")
             if not fits(((*kept, *rules), self._names)):
@@ -180,13 +180,16 @@ class RunFaults:
         """End a rule for messages that was given.
 
         Raises:
-            UsageError: no such rule is active.
+            UsageError: there is none, or its time is over.
         """
-        active = [each for each in self._rules if each.name == name and each.holds(now_s, self._planned.step)]
-        if not active:
+        if name not in {each.name for each in self._active(now_s)}:
             raise UsageError(f"no rule {name} for messages is active")
         self._rules = tuple(each for each in self._rules if each.name != name)
         self._news += 1
+
+    def _active(self, now_s: float) -> list[Rule]:
+        """The rules for messages whose time is not over; one may wait for a step, or pause."""
+        return [each for each in self._rules if each.until_s is None or now_s < each.until_s]
 
     def _check(self, rule: ProcessRule, process: str) -> None:
         """Refuse a rule that cannot affect a process: a dead process can only be restarted."""

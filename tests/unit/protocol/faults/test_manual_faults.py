@@ -234,6 +234,23 @@ def test_a_manual_rule_for_messages_is_ended_by_its_name_and_only_once() -> None
         faults.end(cut, now_s=6.0)
 
 
+@pytest.mark.parametrize(
+    "rule", [Partition(group=("r1",), period_s=10.0, cut_s=1.0), Drop(from_step=4)], ids=["pauses", "waits"]
+)
+def test_a_manual_rule_that_does_not_strike_at_the_moment_can_be_ended(rule: Rule) -> None:
+    faults = without_plan()
+    name = faults.add(rule, now_s=1.0, for_s=None)
+    faults.end(name, now_s=3.0)
+    assert faults.of("r1").rules == ()
+
+
+def test_a_manual_rule_whose_time_is_over_cannot_be_ended() -> None:
+    faults = without_plan()
+    name = faults.add(Drop(), now_s=1.0, for_s=1.0)
+    with pytest.raises(UsageError, match="no rule given-1 for messages is active"):
+        faults.end(name, now_s=2.0)
+
+
 def test_a_manual_rule_says_what_it_is_in_a_plan() -> None:
     faults = without_plan()
     name, (kill, after) = faults.resolve(Kill(target="leader", robots=2), now_s=5.0, for_s=None)
