@@ -100,6 +100,12 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
     """The top speed of any obstacle; 0: nothing moves."""
     watch_s: Seconds = WATCH_S
     """Where obstacles move, a step is planned so that a motion on it is safe for this long at any time."""
+    heartbeat_s: Seconds = 0.25
+    """How often a link state is sent at least."""
+    silence_s: Seconds = 1.0  # four lost heartbeats
+    """A neighbour that was not heard for so long is silent."""
+    deadman_s: Seconds = DEADMAN_S
+    """A body stops if its robot was silent for so long."""
 
     @property
     def promises_clearance(self) -> bool:
@@ -209,7 +215,3 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
         No ray meets a point, so a robot of radius 0 has no hits: all are of something else.
         """
         return self.robot_radius_m + self.mu0_m if self.robot_radius_m > 0.0 else 0.0
-
-    heartbeat_s: Seconds = 0.25
-    silence_s: Seconds = 1.0  # four lost heartbeats
-    deadman_s: Seconds = DEADMAN_S

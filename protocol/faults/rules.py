@@ -252,7 +252,7 @@ class _ProcessRule(_Rule, frozen=True, kw_only=True):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.target in {"world", ROUTER} and (self.point is not None or self.robots > 1):
+        if self.target in {WORLD, ROUTER} and (self.point is not None or self.robots > 1):
             raise ValueError(
                 f"target must be a robot where there is a point or robots > 1, got {self.target}"
             )
@@ -282,7 +282,7 @@ class Freeze(_ProcessRule, frozen=True, kw_only=True, tag="freeze"):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.target == "world" and self.for_s is None:  # the world keeps the time and sends the thaws
+        if self.target == WORLD and self.for_s is None:  # the world keeps the time and sends the thaws
             raise ValueError("for_s must be given where the world is frozen: nobody could thaw it")
 
 
@@ -291,7 +291,7 @@ class Thaw(_ProcessRule, frozen=True, kw_only=True, tag="thaw"):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.target == "world":
+        if self.target == WORLD:
             raise ValueError(
                 "target must not be the world, which cannot thaw itself: give its freeze a for_s"
             )

@@ -18,6 +18,7 @@ from msgspec import Meta, Struct
 from protocol.errors import UsageError
 from protocol.files.names import did_you_mean
 from protocol.files.opening import read_bytes
+from protocol.files.writing import write_whole
 from protocol.frames import ROBOTS_MAX
 from protocol.keys import WORLD, Keys, robot_name
 from protocol.network.access import user_name
@@ -162,44 +163,55 @@ def write_all_sessions(
     """
     for endpoint in endpoints:
         check_endpoint(endpoint)
-    robots = {crew.fleet: crew.robots for crew in crews}
-    has_two = passwords and len(endpoints) > 1
-    password = secrets.token_urlsafe(24) if has_two else None
-    lines = [] if password is None else [f"{ROUTER}:{password}\n"]
     try:
-        router = msgspec.convert(
-            {
-                "run": run,
-                "fleets": robots,
-                "endpoints": endpoints,
-                "first": f"{secrets.randbits(ID_BITS) | 1 << (ID_BITS - 1):x}" if has_two else None,
-                "password": password,
-            },
-            RouterSession,
-        )
+        router = _router_session(crews, run, endpoints, are_two=passwords and len(endpoints) > 1)
         for each in (folder, *(crew.sessions for crew in crews)):
             each.mkdir(mode=0o700, parents=True, exist_ok=True)
             each.chmod(0o700)
+        users = [] if router.password is None else [f"{ROUTER}:{router.password}\n"]
         for crew in crews:
             for name in (WORLD, *map(robot_name, range(1, crew.robots + 1))):
-                session = Session(
-                    fleet=crew.fleet,
-                    run=run,
-                    name=name,
-                    robots=router.robots,
-                    endpoints=tuple(endpoints),
-                    user=user_name(Keys(crew.fleet, run), name) if passwords else None,
-                    password=secrets.token_urlsafe(24) if passwords else None,
-                    inputs=None if crew.inputs is None else str(crew.inputs),
-                    inputs_bytes_max=crew.inputs_bytes_max,
-                )
-                _write_private(crew.sessions / f"{name}.json", msgspec.json.encode(session))
-                lines.append(f"{session.user}:{session.password}\n")
+                session = _session(crew, name, router, has_password=passwords)
+                write_whole(crew.sessions / f"{name}.json", msgspec.json.encode(session))
+                users.append(f"{session.user}:{session.password}\n")
         if passwords:
-            _write_private(folder / ROUTER_FILE, msgspec.json.encode(router))
-            _write_private(folder / USERS_FILE, "".join(lines).encode())
+            write_whole(folder / ROUTER_FILE, msgspec.json.encode(router))
+            write_whole(folder / USERS_FILE, "".join(users).encode())
     except (OSError, msgspec.ValidationError) as error:
         raise UsageError(f"cannot write sessions into {folder}: {error}") from error
+
+
+def _router_session(
+    crews: Sequence[Crew], run: str, endpoints: Sequence[str], *, are_two: bool
+) -> RouterSession:
+    return msgspec.convert(
+        {
+            "run": run,
+            "fleets": {crew.fleet: crew.robots for crew in crews},
+            "endpoints": endpoints,
+            "first": f"{secrets.randbits(ID_BITS) | 1 << (ID_BITS - 1):x}" if are_two else None,
+            "password": _new_password() if are_two else None,
+        },
+        RouterSession,
+    )
+
+
+def _session(crew: Crew, name: str, router: RouterSession, *, has_password: bool) -> Session:
+    return Session(
+        fleet=crew.fleet,
+        run=router.run,
+        name=name,
+        robots=router.robots,
+        endpoints=router.endpoints,
+        user=user_name(Keys(crew.fleet, router.run), name) if has_password else None,
+        password=_new_password() if has_password else None,
+        inputs=None if crew.inputs is None else str(crew.inputs),
+        inputs_bytes_max=crew.inputs_bytes_max,
+    )
+
+
+def _new_password() -> str:
+    return secrets.token_urlsafe(24)
 
 
 def read_session(path: Path) -> Session:
@@ -264,10 +276,3 @@ def _read(path: Path, kind: type[T]) -> T:
         return msgspec.json.decode(read_bytes(path, SESSION_BYTES_MAX), type=kind)
     except (OSError, ValueError) as error:
         raise UsageError(f"no session in {path}: {error}") from error
-
-
-def _write_private(path: Path, content: bytes) -> None:
-    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
-    with os.fdopen(descriptor, "wb") as file:
-        os.fchmod(descriptor, 0o600)  # the file may already exist, readable by others
-        file.write(content)
