@@ -15,7 +15,7 @@ clew_refuse() {
     exit 2
 }
 
-# `wait -n -p`, by which the launcher learns which part has ended, came with bash 5.1.
+# The scripts need bash 4.4 (an empty array under `set -u`); with less than 5.1 they were never tried.
 if ((BASH_VERSINFO[0] * 100 + BASH_VERSINFO[1] < 501)); then
     clew_refuse "bash 5.1 or newer is needed, this is $BASH_VERSION"
 fi

@@ -87,8 +87,9 @@ class World:
         self._time_s_max = scenario.time.time_s_max
         self.ending: Ending | None = None
         self.over_s = 0.0
+        """Simulated time at the end of `running`."""
         self.survivors: frozenset[int] = frozenset()
-        """Simulated time at the end of `running`, and the robots alive then."""
+        """The robots that were alive then."""
         self.judgement: Judgement | None = None  # until the run is done
         self._judge = Judge(scenario)
         self._unlawful: list[PromiseBroken] = []

@@ -28,6 +28,9 @@ from protocol.wire.messages import Faults
 TELL_S = 0.5  # simulated: how often the state is repeated
 GIVEN_MAX = 100  # the limit of a `Faults` message
 NEWS_MAX = 2**32  # per life of the world: more than a run has ticks; 2 million lives fit into a `Count`
+STOPS_OR_RESUMES = frozenset(
+    [ProcessAction.KILL, ProcessAction.START, ProcessAction.FREEZE, ProcessAction.THAW]
+)
 GIVEN = re.compile(r"given-([0-9]{1,9})([.]|$)")  # bounded, since a robot may record any name
 
 
@@ -55,7 +58,7 @@ class RunFaults:
         self._struck: dict[str, None] = {}
         self._ended = Ended(plan.rules)
         self._last_action: dict[str, str] = {}
-        """The last action on each process that stopped or resumed it."""
+        """The last action on each process that stopped it or had it go on."""
         self._slow_s: dict[str, float] = {}
         self._given = max(map(_given_number, plan.names), default=0)
         """The greatest number that a rule has, by hand or of the plan: names must differ (rule 1)."""
@@ -84,27 +87,27 @@ class RunFaults:
         for faults in (self._planned, *self._manual):
             faults.hear(source, entry)
         match entry.record:
-            case FaultInjected(rule=rule):
-                self._given = max(self._given, _given_number(rule))
+            case FaultInjected() as injected:
+                self._hear_injected(injected)
+            case RobotStarted():
+                self._last_action.pop(source, None)
             case WorldResumed():
                 self._news += NEWS_MAX
             case _:
                 pass
-        match entry.record:
-            case FaultInjected(fault="kill" | "start" | "freeze" | "thaw" as action, process=str(process)):
-                self._last_action[process] = action
-            case RobotStarted():
-                self._last_action.pop(source, None)
-            case _:
-                pass
-        match entry.record:
-            case FaultInjected(rule=rule, process=str()) if rule in self._names and rule not in self._struck:
-                self._struck[rule] = None
-                self._news += 1
-            case _ if self._planned.step != step:
-                self._news += 1
-            case _:
-                pass
+        if self._planned.step != step:
+            self._news += 1
+
+    def _hear_injected(self, injected: FaultInjected) -> None:
+        rule, process = injected.rule, injected.process
+        self._given = max(self._given, _given_number(rule))
+        if process is None:
+            return
+        if injected.fault in STOPS_OR_RESUMES:
+            self._last_action[process] = injected.fault
+        if rule in self._names and rule not in self._struck:
+            self._struck[rule] = None
+            self._news += 1
 
     def due(self, now_s: float) -> list[ProcessFault]:
         """The process faults that are due by now."""
