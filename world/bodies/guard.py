@@ -59,8 +59,7 @@ class Guard:
                 ways[row] = (start.x_m, start.y_m, body.x_m, body.y_m)
         if not ways:
             return True
-        self._list(bodies, ways)
-        return all(
+        return self._are_listed(bodies, ways) and all(
             self._is_clear(row, way, bodies[row]) and self._keeps_apart(row, bodies, ways)
             for row, way in ways.items()
         )
@@ -115,17 +114,10 @@ class Guard:
                 return False
         return True
 
-    def _list(self, bodies: Bodies, ways: dict[int, Way]) -> None:
-        """Compare all pairs again if some body may have come near to others."""
-        if len(self._nearby) <= SMALL_FLEET:
-            return
-        listed_m = self._listed_m
-        if listed_m and all(
-            math.dist(listed_m[row], way[:2]) < SLACK_M / 2.0
-            and math.dist(listed_m[row], way[2:]) < SLACK_M / 2.0
-            for row, way in ways.items()
-        ):
-            return
+    def _are_listed(self, bodies: Bodies, ways: dict[int, Way]) -> bool:
+        """Whether all that is near to these ways is listed; compares all pairs again where that helps."""
+        if len(self._nearby) <= SMALL_FLEET or self._lists_serve(ways):
+            return True
         places = bodies.places
         for row, way in ways.items():
             places[row] = way[:2]
@@ -133,6 +125,16 @@ class Guard:
         near = separations(at_m, at_m) <= self._apart_m + SLACK_M + ROUNDING_M
         self._near = [np.flatnonzero(row).tolist() for row in near]
         self._listed_m = places
+        return self._lists_serve(ways)
+
+    def _lists_serve(self, ways: dict[int, Way]) -> bool:
+        """Rule 2; no list serves a body that drives further than that in one tick."""
+        listed_m = self._listed_m
+        return bool(listed_m) and all(
+            math.dist(listed_m[row], way[:2]) < SLACK_M / 2.0
+            and math.dist(listed_m[row], way[2:]) < SLACK_M / 2.0
+            for row, way in ways.items()
+        )
 
 
 def _is_in(way: Way, disc: tuple[float, float, float]) -> bool:

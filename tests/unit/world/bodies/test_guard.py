@@ -26,11 +26,20 @@ class Watched:
     """Bodies, with a guard and a monitor that look at every tick."""
 
     def __init__(
-        self, *places_m: tuple[float, float], separation_m: float = 0.05, bounds: Bounds | None = None
+        self,
+        *places_m: tuple[float, float],
+        separation_m: float = 0.05,
+        bounds: Bounds | None = None,
+        speed_mps: float = 0.5,
     ) -> None:
         drive = DriveSection(
-            speed_mps=0.5, speed_mps_min=0.05, speed_mps_max=1.0, turn_rate_radps=9.0, heading_error_rad=0.0
+            speed_mps=speed_mps,
+            speed_mps_min=0.05,
+            speed_mps_max=100.0,
+            turn_rate_radps=9.0,
+            heading_error_rad=0.0,
         )
+        self.speed_mps = speed_mps
         starts = [Pose(x_m=x_m, y_m=y_m, heading_rad=0.0) for x_m, y_m in places_m]
         self.bodies = Bodies(starts, drive, [np.random.default_rng(row) for row in range(len(starts))])
         promises = Promises(
@@ -47,7 +56,7 @@ class Watched:
             number=self.bodies[row].ordered + 1,
             basis_s=0.0,
             target=Point(x_m=x_m, y_m=y_m),
-            speed_mps=0.5,
+            speed_mps=self.speed_mps,
             bearing=Bearing(epoch=ALL.epoch, turn=ALL.turn, life=7),
             step=0,
             reach_m=0.0,
@@ -102,6 +111,13 @@ def test_in_a_large_fleet_no_pair_is_overlooked(seed: int) -> None:
         assert not (is_safe and broken)
         if not fleet.monitor.is_calm:
             break
+
+
+def test_a_body_that_drives_further_in_a_tick_than_others_were_looked_for_is_not_safe() -> None:
+    elsewhere = [(-20.0 - row, 0.0) for row in range(SMALL_FLEET)]
+    fleet = Watched((-8.0, 0.0), (-6.1, 0.0), *elsewhere, speed_mps=99.0)
+    fleet.drive(0, 90.0, 0.0)
+    assert fleet.tick() == (False, ["S2"])
 
 
 @pytest.mark.parametrize(
