@@ -12,6 +12,8 @@ WATCH_S = 0.3  # odometry, scan, order: a robot whose motion is safe for this lo
 MOVES_S = 0.05  # two ticks, order and one to move in, to a hundredth: who may not do that cannot move
 BRIEF_S = 0.06  # three of the world's ticks: scan, order, and one to move in
 RAYS_MAX = 7200  # per scan: 58 kB on the wire
+DIRECTIONS_MIN = 8  # of one revolution
+REVOLUTIONS_MAX = RAYS_MAX // DIRECTIONS_MIN
 DRIVE_SHARE = 0.25  # of the tolerance: what one drive may be off (`world/scenario/budget.py`)
 SEEN_SHARE = 1.0 - 2.0 * DRIVE_SHARE  # of the tolerance; the rest is for two drives' errors
 
@@ -80,9 +82,9 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
     mu0_m: Length
     separation_m: Length
     speed_mps: Speed
-    directions: Annotated[int, Meta(ge=8, le=RAYS_MAX)]
+    directions: Annotated[int, Meta(ge=DIRECTIONS_MIN, le=RAYS_MAX)]
     """Rays of one revolution of the scanner."""
-    revolutions: Annotated[int, Meta(ge=1, le=900)]
+    revolutions: Annotated[int, Meta(ge=1, le=REVOLUTIONS_MAX)]
     """How many interlaced revolutions are sure to show every obstacle out to `range_m_max`."""
     range_m_max: Length
     range_error_m_max: Length

@@ -19,14 +19,13 @@ from protocol.faults.fit import misfits
 from protocol.faults.plan import Plan
 from protocol.faults.process_faults import ProcessAction, ProcessFault, ProcessFaults
 from protocol.faults.roles import Roles
-from protocol.faults.rules import MessageRule, ProcessRule, Restart, Rule, Thaw
+from protocol.faults.rules import GIVEN_MAX, MessageRule, ProcessRule, Restart, Rule, Thaw
 from protocol.keys import WORLD, robot_name
 from protocol.timeline import Entry, FaultInjected, RobotStarted, WorldResumed
 from protocol.wire.codec import fits
 from protocol.wire.messages import Faults
 
 TELL_S = 0.5  # simulated: how often the state is repeated
-GIVEN_MAX = 100  # the limit of a `Faults` message
 NEWS_MAX = 2**32  # per life of the world: more than a run has ticks; 2 million lives fit into a `Count`
 STOPS_OR_RESUMES = frozenset(
     [ProcessAction.KILL, ProcessAction.START, ProcessAction.FREEZE, ProcessAction.THAW]

@@ -7,8 +7,7 @@ from protocol.arrays import Flags, Floats
 from protocol.frames import Point
 from protocol.mission import CERTIFIED, Mission
 from protocol.timeline import SeenGap, SeenObstacle, StepPlanned
-
-SEEN_MAX = 250  # obstacles and gaps in a timeline entry, which must fit into one message
+from protocol.timeline.steps import SEEN_MAX
 
 
 def planned(

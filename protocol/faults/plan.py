@@ -8,7 +8,7 @@ from msgspec import Meta, Struct, field
 from msgspec.structs import force_setattr, replace
 
 from protocol.errors import UsageError
-from protocol.faults.rules import Delay, Drop, Duplicate, Name, Rule
+from protocol.faults.rules import RULES_MAX, Delay, Drop, Duplicate, Name, Rule
 from protocol.files.names import did_you_mean
 from protocol.files.reading import read, understand
 from protocol.root import LAUNCH
@@ -22,7 +22,7 @@ class Plan(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     name: Annotated[Name, Meta(description="the plan's name")]
     description: Annotated[str, Meta(max_length=2000, description="free text for readers")] = ""
     rules: Annotated[
-        tuple[Rule, ...], Meta(max_length=1000, description="the faults to inject, in order")
+        tuple[Rule, ...], Meta(max_length=RULES_MAX, description="the faults to inject, in order")
     ] = field(default=(), name="rule")
 
     def __post_init__(self) -> None:

@@ -12,6 +12,8 @@ from msgspec import Meta, Struct, field
 from protocol.frames import ROBOTS_MAX, Count, Seconds
 from protocol.keys import WORLD
 
+RULES_MAX = 1000  # of a plan
+GIVEN_MAX = 100  # for messages, given by hand and active at once
 ROUTER = "router"
 ROBOT = r"r[1-9][0-9]{0,3}"  # robots have numbers up to 2000
 ROLES = ("leader", "middle", "tail", "coordinator")

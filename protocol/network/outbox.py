@@ -16,9 +16,8 @@ from dataclasses import dataclass
 
 from protocol.timeline import Entry, MessageRefused, Record
 from protocol.wire.codec import SIZE_MAX_BYTES, packed
-from protocol.wire.messages import LogBatch, Logged
+from protocol.wire.messages import BATCH_ENTRIES_MAX, LogBatch, Logged
 
-BATCH_ENTRIES_MAX = 256  # the limit of a `LogBatch`
 BATCH_BYTES_MAX = SIZE_MAX_BYTES - 256  # the envelope takes less than 40 of the remaining bytes
 RESEND_S = 0.3  # 100 times the delay of an acknowledgement on one machine
 RESEND_S_PER_ROBOT = 0.004  # many robots wait for seconds: of 1,000, four in five batches came again

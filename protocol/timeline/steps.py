@@ -8,6 +8,8 @@ from protocol.frames import Count, Length, Metres, Point, Radians
 from protocol.mission import LawName
 from protocol.timeline.base import Kind
 
+SEEN_MAX = 250  # obstacles and gaps in an entry, which must fit into one message
+
 
 class SeenObstacle(Struct, frozen=True, kw_only=True):
     """An obstacle as seen in a scan: its tangent points, clockwise first, and the chord between them."""
@@ -36,9 +38,10 @@ class StepPlanned(Kind, frozen=True, kw_only=True, tag="step.planned"):
     x_m: Metres
     y_m: Metres
     obstacles: Annotated[
-        tuple[SeenObstacle, ...], Meta(max_length=250, description="anti-clockwise; at most 250 are recorded")
+        tuple[SeenObstacle, ...],
+        Meta(max_length=SEEN_MAX, description=f"anti-clockwise; at most {SEEN_MAX} are recorded"),
     ]
-    gaps: Annotated[tuple[SeenGap, ...], Meta(max_length=250)]
+    gaps: Annotated[tuple[SeenGap, ...], Meta(max_length=SEEN_MAX)]
     gap: Annotated[
         Count | None, Meta(description="index of the chosen gap in `gaps`; null: the step aims at no gap")
     ]

@@ -9,14 +9,14 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from protocol.faults.rules import Name, Rule
+from protocol.faults.rules import GIVEN_MAX, RULES_MAX, Name, Rule
 from protocol.fence import Bearing, Epoch, Fence, Life, Raise, Turn
 from protocol.frames import Count, Length, Point, Pose, Seconds, Speed, Vertex
-from protocol.mission import RAYS_MAX, Mission
+from protocol.mission import DIRECTIONS_MIN, RAYS_MAX, REVOLUTIONS_MAX, Mission
 from protocol.timeline import Entry
 from protocol.wire.view import SEEN_BYTES_MAX, Answer, Formation, Plea, Report
 
-REVOLUTIONS_MAX = 900  # the maximum for the smallest number of directions
+BATCH_ENTRIES_MAX = 256  # of a `LogBatch`
 LATE_S_MAX = 3.0  # wall: with a share of 1 % of a core, turns of a process were late by up to 2 s
 Late = Annotated[float, Meta(ge=0.0, le=LATE_S_MAX)]
 Incarnation = Annotated[str, Meta(max_length=64)]  # a chunk of the key of its token
@@ -142,7 +142,7 @@ class Scan(Struct, frozen=True, kw_only=True, tag="scan"):
     pose: Pose
     fence: Fence
     """The fence when it was taken."""
-    ranges_m: Annotated[tuple[Length, ...], Meta(min_length=8, max_length=RAYS_MAX)]
+    ranges_m: Annotated[tuple[Length, ...], Meta(min_length=DIRECTIONS_MIN, max_length=RAYS_MAX)]
 
 
 class LogBatch(Struct, frozen=True, kw_only=True, tag="log"):
@@ -150,7 +150,7 @@ class LogBatch(Struct, frozen=True, kw_only=True, tag="log"):
 
     incarnation: Incarnation = ""
     """The incarnation of the source: a restarted source counts from 1 again."""
-    entries: Annotated[tuple[Entry, ...], Meta(max_length=256)]
+    entries: Annotated[tuple[Entry, ...], Meta(max_length=BATCH_ENTRIES_MAX)]
 
 
 class Logged(Struct, frozen=True, kw_only=True, tag="logged"):
@@ -166,9 +166,9 @@ class Faults(Struct, frozen=True, kw_only=True, tag="faults"):
     number: Count
     step: Count
     """The newest planned switching step, since rules of a plan can depend on it."""
-    struck: Annotated[tuple[Name, ...], Meta(max_length=1000)]
+    struck: Annotated[tuple[Name, ...], Meta(max_length=RULES_MAX)]
     """The process rules that have struck: each strikes once, even after a restart."""
-    rules: Annotated[tuple[Rule, ...], Meta(max_length=100)]
+    rules: Annotated[tuple[Rule, ...], Meta(max_length=GIVEN_MAX)]
     """Manual rules for messages."""
     slow_s: Seconds
     """Additional delay of each read of the robot's inbox; 0: none."""

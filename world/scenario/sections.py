@@ -5,8 +5,8 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
 
-from protocol.frames import ROBOTS_MAX, Length, Metres, Pose, Radians, wrap
-from protocol.mission import CERTIFIED, LawName, promises_clearance
+from protocol.frames import ROBOTS_MAX, SPEED_MPS_MAX, Length, Metres, Pose, Radians, wrap
+from protocol.mission import CERTIFIED, DIRECTIONS_MIN, RAYS_MAX, LawName, promises_clearance
 
 Text = Annotated[str, Meta(max_length=2000)]
 Place = Annotated[
@@ -15,7 +15,7 @@ Place = Annotated[
 Places = Annotated[tuple[Place, ...], Meta(min_length=1, max_length=ROBOTS_MAX)]
 SomeMetres = Annotated[float, Meta(gt=0.0, le=1e4, description="m")]
 TIME_S_MAX = 1e6  # twelve days
-SomeSpeed = Annotated[float, Meta(gt=0.0, le=100.0)]
+SomeSpeed = Annotated[float, Meta(gt=0.0, le=SPEED_MPS_MAX)]
 
 
 class _Section(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -90,7 +90,9 @@ class Goal(_Section, frozen=True, kw_only=True):
 class SensorSection(_Section, frozen=True, kw_only=True):
     """The range sensor that every body carries."""
 
-    directions: Annotated[int, Meta(ge=8, le=7200, description="rays per revolution, evenly spaced")]
+    directions: Annotated[
+        int, Meta(ge=DIRECTIONS_MIN, le=RAYS_MAX, description="rays per revolution, evenly spaced")
+    ]
     range_m_max: Annotated[SomeMetres, Meta(description="m, range limit")]
     range_sigma_m: Annotated[
         Length, Meta(description="m, standard deviation of a range; errors are clipped at 3 sigma")
@@ -102,7 +104,7 @@ class DriveSection(_Section, frozen=True, kw_only=True):
 
     speed_mps: Annotated[SomeSpeed, Meta(description="m/s, speed of the robots; v; bodies refuse more")]
     speed_mps_min: Annotated[
-        float, Meta(ge=0.0, le=100.0, description="m/s, bodies refuse this speed and below; v_min")
+        float, Meta(ge=0.0, le=SPEED_MPS_MAX, description="m/s, bodies refuse this speed and below; v_min")
     ]
     speed_mps_max: Annotated[SomeSpeed, Meta(description="m/s, of the drives; speed_mps is below it; v_max")]
     turn_rate_radps: Annotated[float, Meta(gt=0.0, le=100.0, description="rad/s, turn rate on the spot")]

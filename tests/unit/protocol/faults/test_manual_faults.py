@@ -7,7 +7,18 @@ import pytest
 from protocol.errors import UsageError
 from protocol.faults.plan import Plan
 from protocol.faults.process_faults import ProcessAction, ProcessFault
-from protocol.faults.rules import Drop, Freeze, Kill, Partition, Restart, Rule, Slow, StepPoint, Thaw
+from protocol.faults.rules import (
+    GIVEN_MAX,
+    Drop,
+    Freeze,
+    Kill,
+    Partition,
+    Restart,
+    Rule,
+    Slow,
+    StepPoint,
+    Thaw,
+)
 from protocol.timeline import (
     Entry,
     FaultInjected,
@@ -19,7 +30,7 @@ from protocol.timeline import (
 )
 from protocol.wire.codec import decode, encode
 from tests.support.strands import formed
-from world.faults import GIVEN_MAX, TELL_S, RunFaults
+from world.faults import TELL_S, RunFaults
 
 FORMED = formed(10_002, 2, 1, 3)
 

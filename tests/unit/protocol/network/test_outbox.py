@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.network.outbox import BATCH_ENTRIES_MAX, Outbox
+from protocol.network.outbox import Outbox
 from protocol.timeline import Entry, MessageRefused, Record, RouteLost
 from protocol.wire.codec import SIZE_MAX_BYTES, encode
-from protocol.wire.messages import LogBatch, Logged
+from protocol.wire.messages import BATCH_ENTRIES_MAX, LogBatch, Logged
 
 RESEND_S = 0.5
 T = TypeVar("T")
