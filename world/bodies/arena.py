@@ -80,7 +80,8 @@ class Arena:
         self._ticks = 0
         self.now_s = 0.0
         """Simulated time."""
-        self._noted_s = 0.0
+        self._noted_s = math.inf
+        """When something was last recorded of bodies; infinite until they are placed."""
         self._follows_scans = False
         self._scanned: set[int] = set()
         self._sampled: Sequence[int] = ()
@@ -116,7 +117,7 @@ class Arena:
 
     def place(self) -> list[Note]:
         """Judge and record the initial positions of the bodies."""
-        places_m = self.bodies.place_m
+        places_m, self._noted_s = self.bodies.place_m, self.now_s
         broken = self._monitor.watch(places_m, places_m, t_s=self.now_s)
         return self.sample() + [self.note(each) for each in broken]
 

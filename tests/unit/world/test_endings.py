@@ -2,10 +2,12 @@
 
 import pytest
 
+from protocol.exit_codes import ExitCode
 from protocol.fence import Cause, Fence, May, Raise, Release, Stop, Turn
 from protocol.frames import Point
 from protocol.timeline import (
     LinkBroken,
+    PoseSampled,
     RobotArrived,
     RobotDied,
     RobotRestarted,
@@ -25,7 +27,7 @@ from world.core import (
     ROUTER_PATIENCE_WALL_S,
     STRANDED_S,
 )
-from world.events import TokenCame, TokenWent
+from world.events import StopAsked, TokenCame, TokenWent
 from world.judge.ending import Ending
 
 SECOND = round(1.0 / TICK_S)
@@ -53,6 +55,18 @@ def die(stage: Stage, robot: int, *, incarnation: str = "a") -> None:
     stage.handle(TokenWent(robot, incarnation))
     stage.look(after_wall_s=1.0)
     assert [record for record in stage.records if isinstance(record, RobotDied)][-1].robot == robot
+
+
+def test_a_run_that_ends_before_it_begins_has_no_samples_and_is_judged_by_its_end() -> None:
+    stage = Stage(scenario())
+    stage.handle(TokenCame(1, "a"))  # robot 2 never comes
+    stage.handle(StopAsked(ExitCode.INTERRUPTED))
+    stage.tick(3 * SECOND, awake=False)
+    for _ in range(2):
+        stage.look(after_wall_s=LAST_WORDS_WALL_S)
+    assert stage.world.judgement is not None
+    assert stage.world.judgement.failure is None
+    assert not any(isinstance(each, PoseSampled) for each in stage.records)
 
 
 def test_a_run_ends_if_all_robots_stay_away() -> None:

@@ -50,6 +50,7 @@ def test_without_obstacles_and_others_there_is_nothing_to_measure_to() -> None:
 @pytest.mark.parametrize("robots", [2, SMALL_FLEET + 1])
 def test_while_all_stand_one_body_is_sampled_each_second(robots: int) -> None:
     arena = Arena(queue(robots), seed=1)
+    arena.place()
     notes = [note.record for _ in range(round(1.5 * QUIET_S / TICK_S)) for note in arena.tick()[0]]
     [sampled] = [each for each in notes if isinstance(each, PoseSampled)]
     apart_m = SPACING_M - 2.0 * queue(robots).fleet.robot_radius_m
