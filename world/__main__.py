@@ -18,7 +18,7 @@ with loading():
     from protocol.plain import PlainFormatter
     from protocol.process.allocation import allocate_from_one_arena
     from protocol.run_settings import SCENARIO_FILE, check_is_run, read_plan, read_settings
-    from world.judge.ground import Ground
+    from world.judge.hulls import AllHulls
     from world.judge.together import TogetherVerdict, pass_together
     from world.judge.verdict import Verdict
     from world.life import Request
@@ -76,9 +76,9 @@ def _run_all(arguments: argparse.Namespace, sessions: Sequence[tuple[Path, Sessi
         )
         for private, session in sessions
     }
-    ground = Ground({name: each.scenario for name, each in requests.items()})
-    verdicts = dict(zip(requests, run(list(requests.values()), ground), strict=True))
-    verdict = pass_together(shared.name, read_settings(folder).seed, verdicts, ground.between)
+    hulls = AllHulls({name: each.scenario for name, each in requests.items()})
+    verdicts = dict(zip(requests, run(list(requests.values()), hulls), strict=True))
+    verdict = pass_together(shared.name, read_settings(folder).seed, verdicts, hulls.between)
     save_verdict(verdict, folder)
     return verdict
 

@@ -22,7 +22,7 @@ from protocol.process.ending import asked_to_end
 from world.bodies.arena import ODOMETRY_TICKS
 from world.control import Serves, heard
 from world.faults import RunFaults
-from world.judge.ground import Ground
+from world.judge.hulls import AllHulls
 from world.judge.verdict import Verdict
 from world.life import Life, Request
 from world.pace import GLANCE_S
@@ -34,28 +34,28 @@ from world.record.run_files import BEGUN_FILE, check_unchanged, header_of, mark_
 log = logging.getLogger("world")
 
 
-def run(requests: Sequence[Request], ground: Ground | None = None) -> list[Verdict]:
-    """Execute the runs of all fleets to their verdicts; several share this ground.
+def run(requests: Sequence[Request], hulls: AllHulls | None = None) -> list[Verdict]:
+    """Execute the runs of all fleets to their verdicts; `hulls` shows each the others.
 
     Raises:
         UsageError: no router admits us, or a run's folder is unusable.
         RecordingFailedError: a timeline or a verdict can no longer be written.
         SessionLostError: see `open_transport`; the timelines are complete until then.
     """
-    verdicts = asyncio.run(_run(requests, ground))
+    verdicts = asyncio.run(_run(requests, hulls))
     for request, verdict in zip(requests, verdicts, strict=True):
         save_verdict(verdict, request.out)
     return verdicts
 
 
-async def _run(requests: Sequence[Request], ground: Ground | None) -> list[Verdict]:
+async def _run(requests: Sequence[Request], hulls: AllHulls | None) -> list[Verdict]:
     async with contextlib.AsyncExitStack() as stack:
         ending = stack.enter_context(asked_to_end(requests[0].lifeline))
         lives = [await stack.enter_async_context(_opened(request)) for request in requests]
-        if ground is not None:
+        if hulls is not None:
             for life in lives:
-                life.share_ground(ground.others_of(life.fleet))
-        await _live(lives, ending, ground)
+                life.share_ground(hulls.others_of(life.fleet))
+        await _live(lives, ending, hulls)
         return [life.verdict for life in lives if life.verdict is not None]
 
 
@@ -103,7 +103,7 @@ def _header(request: Request, transport: Transport) -> Header:
     )
 
 
-async def _live(lives: Sequence[Life], ending: asyncio.Future[ExitCode], ground: Ground | None) -> None:
+async def _live(lives: Sequence[Life], ending: asyncio.Future[ExitCode], hulls: AllHulls | None) -> None:
     """Run until the runs of all have been judged."""
     going = list(lives)
     for life in going:
@@ -124,7 +124,7 @@ async def _live(lives: Sequence[Life], ending: asyncio.Future[ExitCode], ground:
                 break
             for life in going:
                 life.tick()
-            _move(lives, ground)
+            _move(lives, hulls)
         for life in going:
             life.after_ticks()
 
@@ -163,9 +163,9 @@ async def _arrived(life: Life, wait_s: float) -> Sequence[Arrival]:
     return await life.arrivals(wait_s)
 
 
-def _move(lives: Sequence[Life], ground: Ground | None) -> None:
+def _move(lives: Sequence[Life], hulls: AllHulls | None) -> None:
     """Show the bodies of all fleets where they are after a tick."""
-    if ground is not None:
+    if hulls is not None:
         places_m = {life.fleet: life.places_m for life in lives}
-        for contact in ground.move(places_m, t_s=max(life.now_s for life in lives)):
+        for contact in hulls.move(places_m, t_s=max(life.now_s for life in lives)):
             log.info("contact: %s", contact)

@@ -11,7 +11,7 @@ from clew.fleet.prepare import Prepared
 from protocol.exit_codes import ExitCode
 from protocol.timeline.invariants import INVARIANTS
 from world.judge.books import Messages
-from world.judge.ground import Ground
+from world.judge.hulls import AllHulls
 from world.judge.monitor import Promises
 from world.judge.together import TogetherVerdict, pass_together
 from world.judge.verdict import VERDICT_FILE, Events, Verdict
@@ -52,7 +52,7 @@ def _failed_on_all(run: Prepared, code: int) -> Verdict | TogetherVerdict:
         return _failed(run, run.scenario, code)
     scenarios = run.scenario.scenarios()
     verdicts = {name: _failed(run, each, code) for name, each in scenarios.items()}
-    return pass_together(run.scenario.name, run.settings.seed, verdicts, Ground(scenarios).between)
+    return pass_together(run.scenario.name, run.settings.seed, verdicts, AllHulls(scenarios).between)
 
 
 def _failed(run: Prepared, scenario: Scenario, code: int) -> Verdict:

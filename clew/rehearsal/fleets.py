@@ -17,7 +17,7 @@ from protocol.arrays import Floats
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.files.writing import make_folder
 from protocol.run_settings import Settings
-from world.judge.ground import Ground
+from world.judge.hulls import AllHulls
 from world.judge.together import TogetherVerdict, pass_together
 from world.judge.verdict import Verdict
 from world.record.run_files import prepare_together, save_verdict
@@ -41,7 +41,7 @@ class RecordedFleets:
     ) -> None:
         self._shared, self._seed, self._folder, self._say = shared, seed, folder, say
         scenarios = shared.scenarios()
-        self.ground = Ground(scenarios)
+        self.hulls = AllHulls(scenarios)
         self.fleets: dict[str, Recorded] = {}
         """The rehearsal of each fleet, by name."""
         self._open = ExitStack()
@@ -52,7 +52,7 @@ class RecordedFleets:
                 recorded = opening.enter_context(
                     Recorded(scenario, seed_of(seed, name), folder / name, plan, self._sayer(name))
                 )
-                recorded.rehearsal.world.arena.share_ground(self.ground.others_of(name))
+                recorded.rehearsal.world.arena.share_ground(self.hulls.others_of(name))
                 self.fleets[name] = recorded
             self._open = opening.pop_all()
 
@@ -73,7 +73,7 @@ class RecordedFleets:
             times = {name: next(ticks, None) for name, ticks in going.items()}
             going = {name: ticks for name, ticks in going.items() if times[name] is not None}
             now_s = max([now_s, *(t_s for t_s in times.values() if t_s is not None)])
-            for contact in self.ground.move(self._places_m(), t_s=now_s):
+            for contact in self.hulls.move(self._places_m(), t_s=now_s):
                 self._say(f"contact: {contact}")
             yield now_s
 
@@ -83,7 +83,7 @@ class RecordedFleets:
     def judge(self) -> TogetherVerdict:
         """Write the verdicts on all rehearsals, which have ended."""
         verdicts: dict[str, Verdict] = {name: each.judge() for name, each in self.fleets.items()}
-        verdict = pass_together(self._shared.name, self._seed, verdicts, self.ground.between)
+        verdict = pass_together(self._shared.name, self._seed, verdicts, self.hulls.between)
         save_verdict(verdict, self._folder)
         return verdict
 

@@ -25,7 +25,7 @@ MEET_S = 20.0  # they are 4.6 m apart, and drive at 0.5 m/s
 
 
 def contacts(recorded: RecordedFleets) -> list[str]:
-    return [str(each) for each in recorded.ground.between.contacts]
+    return [str(each) for each in recorded.hulls.between.contacts]
 
 
 def timeline(folder: Path) -> bytes:

@@ -66,7 +66,7 @@ def rehearsed(
     """A rehearsal until it is judged, until this time, or until two fleets touch; its files are closed."""
     with RecordedFleets(ground, seed, folder, plan) as recorded:
         for now_s in recorded.ticks():
-            if recorded.ground.between.contacts or now_s >= until_s:
+            if recorded.hulls.between.contacts or now_s >= until_s:
                 return recorded
         recorded.judge()
     return recorded

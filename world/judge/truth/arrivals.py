@@ -37,7 +37,7 @@ from protocol.timeline import (
 from world.judge.rules.claims import ROUNDING_S
 from world.judge.rules.evidence import ROUNDING_M, apart_m
 from world.judge.rules.rule import Dated, breach_of, broken
-from world.judge.truth.strand import Claim, Strand
+from world.judge.truth.strand import ArrivalClaim, Strand
 from world.judge.truth.track import Track
 from world.scenario.scenario import Scenario
 
@@ -89,7 +89,7 @@ class Arrivals:
         """The epoch in force."""
         self._stands: dict[int, Point] = {}
         """Where the robots stand that have arrived in that epoch."""
-        self._claims: list[Claim] = []
+        self._claims: list[ArrivalClaim] = []
         """Those that wait for the world."""
         self._told_s: dict[int, float] = {}
         """The time of each robot's newest entry."""
@@ -119,9 +119,9 @@ class Arrivals:
         match entry.record:
             case GoalReached() if epoch is not None:
                 self._strands[epoch].reached.add(robot)
-                self._claims.append(Claim(t_s, robot, epoch, None))
+                self._claims.append(ArrivalClaim(t_s, robot, epoch, None))
             case RobotArrived(progress_m=progress_m) if epoch is not None:
-                self._claims.append(Claim(t_s, robot, epoch, progress_m))
+                self._claims.append(ArrivalClaim(t_s, robot, epoch, progress_m))
             case StepPlanned(joins=False) as plan if robot == self._strands[plan.epoch].leader:
                 self._strands[plan.epoch].step_to(plan.step, plan.target)
             case StepAbandoned(epoch=of, step=step) as end if robot == self._strands[of].leader:
@@ -174,7 +174,7 @@ class Arrivals:
             del self._stands[pose.robot]
             yield t_s, _moved(pose.robot, off_m)
 
-    def _look_at(self, claims: Iterable[Claim]) -> Iterator[Dated]:
+    def _look_at(self, claims: Iterable[ArrivalClaim]) -> Iterator[Dated]:
         """Where the bodies stood, and whether they have moved since."""
         for claim in claims:
             stood, strand = self._tracks[claim.robot].at(claim.t_s), self._strands[claim.epoch]
@@ -192,7 +192,7 @@ class Arrivals:
             else:
                 yield from self._judge(strand, seen)
 
-    def _judge(self, strand: Strand, claim: Claim) -> Iterator[Dated]:
+    def _judge(self, strand: Strand, claim: ArrivalClaim) -> Iterator[Dated]:
         """Rules 1 and 2, for a claim and for those that wait for it."""
         assert strand.formed is not None, "claims wait for the formation"
         if claim.robot not in strand.ranks or not strand.formed.laid:
@@ -210,7 +210,7 @@ class Arrivals:
             due.extend(strand.judge(each))
             yield from self._judge_place(strand, each, strand.arrived.get(ahead))
 
-    def _judge_goal(self, strand: Strand, claim: Claim) -> Iterator[Dated]:
+    def _judge_goal(self, strand: Strand, claim: ArrivalClaim) -> Iterator[Dated]:
         """Rule 1."""
         places = self._places
         assert claim.stood is not None, "it has been looked at"
@@ -227,7 +227,9 @@ class Arrivals:
             why = f"says that it has reached {what}, and stands elsewhere"
             yield claim.t_s, breach_of("A1", claim.robot, off_m, allowed_m, why)
 
-    def _judge_place(self, strand: Strand, claim: Claim, ahead: Claim | None) -> Iterator[Dated]:
+    def _judge_place(
+        self, strand: Strand, claim: ArrivalClaim, ahead: ArrivalClaim | None
+    ) -> Iterator[Dated]:
         """Rule 2."""
         assert claim.stood is not None, "it has been looked at"
         assert claim.progress_m is not None, "it claims a place"
@@ -243,7 +245,7 @@ class Arrivals:
             yield from self._judge_gap(strand, claim, claim.progress_m, ahead.robot, ahead.progress_m)
 
     def _judge_gap(
-        self, strand: Strand, claim: Claim, progress_m: float, ahead: int, ahead_m: float
+        self, strand: Strand, claim: ArrivalClaim, progress_m: float, ahead: int, ahead_m: float
     ) -> Iterator[Dated]:
         """Rule 2, between a robot and the one ahead."""
         places, path = self._places, strand.path

@@ -10,7 +10,7 @@ from protocol.timeline import StrandFormed
 
 
 @dataclass(frozen=True, slots=True)
-class Claim:
+class ArrivalClaim:
     """What a robot has recorded of its arrival."""
 
     t_s: float
@@ -34,11 +34,11 @@ class Strand:
     """When its epoch was no longer in force."""
     reached: set[int] = field(default_factory=set)
     """The robots that have claimed to have reached the goal in it."""
-    arrived: dict[int, Claim] = field(default_factory=dict)
+    arrived: dict[int, ArrivalClaim] = field(default_factory=dict)
     """The newest claim of each robot, if it has been judged."""
     untrue: set[int] = field(default_factory=set)
     """The robots that did not stand where they said: nobody behind is judged by that."""
-    waiting: dict[int, list[Claim]] = field(default_factory=lambda: defaultdict(list))
+    waiting: dict[int, list[ArrivalClaim]] = field(default_factory=lambda: defaultdict(list))
     """Claims, by the robot ahead, which has claimed nothing yet; 0: the formation is missing."""
     _targets: dict[int, Point] = field(default_factory=dict)
     """The ends of the leader's steps."""
@@ -52,7 +52,7 @@ class Strand:
         """Another epoch is in force from now on."""
         self.until_s = t_s
 
-    def judge(self, claim: Claim) -> list[Claim]:
+    def judge(self, claim: ArrivalClaim) -> list[ArrivalClaim]:
         """The robot of this claim has its place; returns the claims that have waited for it."""
         self.arrived[claim.robot] = claim
         return self.waiting.pop(claim.robot, [])

@@ -1,4 +1,4 @@
-"""The ground of several fleets: what a robot sees of the others."""
+"""The hulls of several fleets: what a robot sees of the others."""
 
 import numpy as np
 from hypothesis import given
@@ -8,7 +8,7 @@ from protocol.arrays import Floats, scan_bearings_rad
 from tests.support.scenes.world_scenarios import scenario
 from world.geometry.rays import cast
 from world.geometry.shapes import ground_of
-from world.judge.ground import Ground
+from world.judge.hulls import AllHulls
 
 RANGE_M_MAX = 4.0
 FLEETS = ("a", "b", "c")
@@ -27,11 +27,11 @@ def test_a_scan_of_the_hulls_in_range_is_a_scan_of_all_hulls_but_those_of_the_ow
     all_m: Floats,
 ) -> None:
     each = scenario()
-    ground = Ground(dict.fromkeys(FLEETS, each))
-    ground.move({fleet: all_m[2 * row : 2 * row + 2] for row, fleet in enumerate(FLEETS)}, t_s=0.02)
+    all_hulls = AllHulls(dict.fromkeys(FLEETS, each))
+    all_hulls.move({fleet: all_m[2 * row : 2 * row + 2] for row, fleet in enumerate(FLEETS)}, t_s=0.02)
     hulls = np.column_stack((all_m, np.full(len(all_m), each.fleet.robot_radius_m)))
     for row, fleet in enumerate(FLEETS):
         others = np.delete(hulls, [2 * row, 2 * row + 1], axis=0)
-        shown = ground.others_of(fleet)(all_m[2 * row], RANGE_M_MAX)
+        shown = all_hulls.others_of(fleet)(all_m[2 * row], RANGE_M_MAX)
         assert len(shown) <= len(others)
         assert np.array_equal(seen_m(all_m[2 * row], shown), seen_m(all_m[2 * row], others))

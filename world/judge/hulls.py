@@ -1,4 +1,4 @@
-"""The ground that several fleets share: what each sees of the others, and the monitor between them. Pure.
+"""The hulls of all fleets on one ground: what each sees of the others, and the monitor between them. Pure.
 
 Rule 1: all bodies move in the same instant: until the last has its new place, all see the old ones.
 """
@@ -14,7 +14,7 @@ from world.judge.between import Between, Encounter
 from world.scenario.scenario import Scenario
 
 
-class Ground:
+class AllHulls:
     """Where the bodies of all fleets are: what each sees of the others, and the monitor between them."""
 
     def __init__(self, scenarios: Mapping[str, Scenario]) -> None:
