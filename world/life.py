@@ -184,9 +184,9 @@ class Life:
             self._read_back()
             self.verdict = self._pass_verdict()
 
-    def note_turn(self, wall_s: float, cpu_s: float, *, asked_s: float) -> None:
+    def note_turn(self, wall_s: float, *, asked_s: float) -> None:
         """A turn of the loop begins, in which it is asked to wait for so long at most."""
-        self._world.answers.lateness.turn(wall_s, cpu_s, asked_s=asked_s)
+        self._world.answers.lateness.turn(wall_s, self._transport.busy_s, asked_s=asked_s)
 
     def tick(self) -> None:
         """Advance by one tick."""

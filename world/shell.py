@@ -113,7 +113,7 @@ async def _live(lives: Sequence[Life], ending: asyncio.Future[ExitCode], hulls: 
         is_behind = any(life.is_behind for life in going)
         wait_s = 0.0 if is_behind else _wait_s(going, time.monotonic())
         for life in going:
-            life.note_turn(time.monotonic(), time.thread_time(), asked_s=wait_s)
+            life.note_turn(time.monotonic(), asked_s=wait_s)
         arrivals = await _arrivals(going, wait_s)
         asked = ending.result() if ending.done() else None
         for life, arrived in zip(going, arrivals, strict=True):

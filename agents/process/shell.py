@@ -201,7 +201,7 @@ class Shell:
         await self._obey(none.event, await self._decided(robot, none, journal))
         while self._phase is Phase.RUNNING:
             self._flush()
-            self._lateness.turn(time.monotonic(), time.thread_time(), asked_s=self._turn_s)
+            self._lateness.turn(time.monotonic(), self._transport.busy_s, asked_s=self._turn_s)
             arrivals = [*self._kept, *await self._transport.arrivals(self._turn_s)]
             self._kept = []
             self._hear_world(arrivals)

@@ -63,6 +63,7 @@ class FaultyTransport(AroundTransport):
         self._message_faults = MessageFaults(conditions.plan, conditions.seed)
         self._due: list[tuple[float, int, Arrival]] = []
         self._held_count = 0  # breaks ties, so that arrivals due together keep their order
+        self._slept_s = 0.0
         self._tokens: dict[str, bool] = {}
         """The existing tokens, and whether each is visible here."""
 
@@ -71,6 +72,11 @@ class FaultyTransport(AroundTransport):
         for key in [key for key in self._tokens if not any(matches(each, key) for each in patterns)]:
             del self._tokens[key]
         self._inner.watch(patterns)
+
+    @property
+    def busy_s(self) -> float:
+        """How long this thread has computed, or was slowed down by a fault: no machine is late by that."""
+        return time.thread_time() + self._slept_s
 
     def hold_up(self, robot: str) -> bool:
         """Whether a fault rule may now delay or remove what a robot hears of its body, or tells it."""
@@ -96,7 +102,7 @@ class FaultyTransport(AroundTransport):
             next_s = min(until_s, self._due[0][0] if self._due else inf)
             wait_s = None if next_s == inf else max(0.0, next_s - time.monotonic())
             raw = await self._inner.arrivals(wait_s)
-            _take_time(self.faults.slow_s / self._conditions.speed)
+            self._take_time()
             affected, listed = list[Arrival](), list[Arrival]()
             for arrival in raw:
                 if isinstance(arrival, Listed):
@@ -108,6 +114,13 @@ class FaultyTransport(AroundTransport):
             affected += [*self._look_at_tokens(), *listed]
             if affected or time.monotonic() >= until_s:
                 return affected
+
+    def _take_time(self) -> None:
+        """The fault `slow` holds this process up."""
+        slow_s = self.faults.slow_s / self._conditions.speed
+        if slow_s > 0.0:
+            time.sleep(slow_s)
+            self._slept_s += slow_s
 
     def _affect(self, arrival: Arrival) -> Iterable[Arrival]:
         """The arrivals that follow at once; delayed ones are kept until they are due."""
@@ -187,8 +200,3 @@ def _damaged(arrival: Heard | Asked, message: Message, damage: Damage) -> Arriva
     if isinstance(arrival, Heard):
         return Heard(arrival.key, number, message)
     return Asked(arrival.key, message, arrival.answer)
-
-
-def _take_time(slow_s: float) -> None:
-    if slow_s > 0.0:
-        time.sleep(slow_s)

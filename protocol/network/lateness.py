@@ -21,16 +21,19 @@ class Lateness:
     _late_s: float = 0.0
     _at_s: float = 0.0
     _turned: tuple[float, float, float] | None = None
-    """When the last turn began, by the wall clock and by this thread's CPU time, and its longest wait."""
+    """When the last turn began, by the wall clock and by `busy_s`, and its longest wait."""
 
-    def turn(self, wall_s: float, cpu_s: float, *, asked_s: float) -> None:
-        """A turn of the loop begins, so the last has ended; in this one it waits for `asked_s` at most."""
+    def turn(self, wall_s: float, busy_s: float, *, asked_s: float) -> None:
+        """A turn of the loop begins, so the last has ended; in this one it waits for `asked_s` at most.
+
+        `busy_s` is the time for which this thread has computed so far.
+        """
         if self._turned is not None:
-            began_wall_s, began_cpu_s, last_asked_s = self._turned
+            began_wall_s, began_busy_s, last_asked_s = self._turned
             took_s = wall_s - began_wall_s
             if took_s <= LATE_S_MAX:
-                self.hear(took_s - (cpu_s - began_cpu_s) - last_asked_s, wall_s)
-        self._turned = (wall_s, cpu_s, asked_s)
+                self.hear(took_s - (busy_s - began_busy_s) - last_asked_s, wall_s)
+        self._turned = (wall_s, busy_s, asked_s)
 
     def hear(self, late_s: float, wall_s: float) -> None:
         """So late was a turn, of this process or of another that tells it."""

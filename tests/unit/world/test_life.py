@@ -13,7 +13,7 @@ from protocol.faults.plan import NO_FAULTS
 from protocol.network.session import Session
 from protocol.network.traffic import Traffic
 from protocol.network.transport import Arrival, Asked
-from protocol.wire.messages import Ask, Message
+from protocol.wire.messages import Ask, Faults, Message
 from world.faults import RunFaults
 from world.life import TAKE_WALL_S, Life, Request
 from world.record.readback import Readback
@@ -101,3 +101,13 @@ def test_only_a_held_run_is_asked_to_go_on_since_another_one_would_be_held_by_th
 
     with pytest.raises(UsageError, match="the run is not held"):
         asyncio.run(ask())
+
+
+async def test_a_world_that_a_fault_slows_down_does_not_take_the_machine_for_late(tmp_path: Path) -> None:
+    session = Session(fleet="clew", run="run", name="world", endpoints=("tcp/127.0.0.1:1",))
+    with life_over(Flooded(session), session, tmp_path) as life:
+        life._transport.have(Faults(number=1, step=0, struck=(), rules=(), slow_s=0.05))
+        life.note_turn(1.0, asked_s=0.0)
+        await life.arrivals(0.0)
+        life.note_turn(1.05, asked_s=0.0)
+        assert life._world.answers.lateness.now_s(1.05) == 0.0
