@@ -165,6 +165,7 @@ class Stage:
 def play(episode: Episode) -> Outcome:
     """Rehearse an episode and return its outcome."""
     started_wall_s, started_cpu_s = time.monotonic(), time.process_time()
+    stage: Stage | None = None
     rehearsal: Rehearsal | None = None
     try:
         with wall_clock_limit(episode.wall_s_max):
@@ -174,9 +175,9 @@ def play(episode: Episode) -> Outcome:
     except OutOfTimeError as error:
         at = "while loading" if rehearsal is None else f"at t={rehearsal.world.now_s:.1f} s"
         reason = f"the wall-clock limit of {episode.wall_s_max:g} s struck {at}{error}"
-        return failed(episode, OUT_OF_TIME, reason, time.monotonic() - started_wall_s)
+        return failed(episode, OUT_OF_TIME, reason, time.monotonic() - started_wall_s, stage=stage)
     except Exception as error:
-        return failed(episode, CRASHED, last_line(error), time.monotonic() - started_wall_s)
+        return failed(episode, CRASHED, last_line(error), time.monotonic() - started_wall_s, stage=stage)
     wall_s, cpu_s = time.monotonic() - started_wall_s, time.process_time() - started_cpu_s
     return replace(outcome_of(episode, stage, rehearsal, wall_s=wall_s), cpu_s=cpu_s)
 
@@ -284,11 +285,8 @@ def _with_faults(outcome: Outcome, stage: Stage, rehearsal: Rehearsal) -> Outcom
     )
     if broken := [each for each in records if isinstance(each, RobotFailed)]:
         outcome = replace(outcome, surprise=Surprise.CRASHED, reason=f"a robot failed: {broken[0].reason}")
-    swarm = stage.swarm
-    if swarm is None:
-        return outcome
-    outcome = replace(outcome, mode=swarm.mode, classes=tuple(map(str, swarm.classes)))
-    if swarm.mode is Mode.SAFETY or outcome.surprise is not Surprise.NONE:
+    swarm, outcome = stage.swarm, _with_classes(outcome, stage.swarm)
+    if swarm is None or swarm.mode is Mode.SAFETY or outcome.surprise is not Surprise.NONE:
         return outcome
     reason = liveness_failure(
         rehearsal.world, rehearsal.entries, quiet_s=swarm.quiet_s, outside=swarm.outside
@@ -296,9 +294,11 @@ def _with_faults(outcome: Outcome, stage: Stage, rehearsal: Rehearsal) -> Outcom
     return outcome if reason is None else replace(outcome, surprise=Surprise.LIVENESS, reason=reason)
 
 
-def failed(episode: Episode, ending: str, reason: str, wall_s: float) -> Outcome:
-    """The outcome of an episode that did not end by itself."""
-    return Outcome(
+def failed(
+    episode: Episode, ending: str, reason: str, wall_s: float, *, stage: Stage | None = None
+) -> Outcome:
+    """The outcome of an episode that did not end by itself; without a stage, its classes are not known."""
+    outcome = Outcome(
         key=episode.key,
         scene=Path(episode.path).stem,
         family=episode.family,
@@ -310,9 +310,18 @@ def failed(episode: Episode, ending: str, reason: str, wall_s: float) -> Outcome
         reason=reason,
         surprise=Surprise.STOPPED if ending == OUT_OF_TIME else Surprise.CRASHED,
         judged=episode.judged,
+        branches=episode.branches or "",
         wall_s=wall_s,
         replay=episode.replay,
     )
+    return outcome if stage is None else _with_classes(outcome, stage.swarm)
+
+
+def _with_classes(outcome: Outcome, swarm: Swarm | None) -> Outcome:
+    """The outcome with what its seed has drawn, if that has drawn anything."""
+    if swarm is None:
+        return outcome
+    return replace(outcome, mode=swarm.mode, classes=tuple(map(str, swarm.classes)))
 
 
 def last_line(error: Exception) -> str:

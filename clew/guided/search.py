@@ -149,9 +149,9 @@ class _Run:
                         pass
             return outcome_of(self._episode, self._stage, self._rehearsal, wall_s=0.0)
         except OutOfTimeError:
-            return failed(self._episode, OUT_OF_TIME, "the wall-clock limit struck", 0.0)
+            return failed(self._episode, OUT_OF_TIME, "the wall-clock limit struck", 0.0, stage=self._stage)
         except Exception as error:
-            return failed(self._episode, CRASHED, last_line(error), 0.0)
+            return failed(self._episode, CRASHED, last_line(error), 0.0, stage=self._stage)
 
     def branch_out(self, instants: Sequence[Instant]) -> None:
         """Play the seed's own run again, with futures from these instants, in order."""

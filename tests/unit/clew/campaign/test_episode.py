@@ -1,6 +1,18 @@
-"""An episode: what replays it."""
+"""An episode: what replays it, and what is said of one that does not end."""
 
-from clew.campaign.episode import Episode
+from pathlib import Path
+
+import pytest
+from msgspec.structs import replace
+
+from clew.campaign import episode as episodes
+from clew.campaign.campaign import drawn_episode
+from clew.campaign.classes import by_class
+from clew.campaign.episode import Episode, Surprise, play
+from clew.rehearsal.rehearsal import Rehearsal
+from clew.swarm.futures import draw_future, read_branches
+
+SEED, FUTURE = 3, "3.101:r2:1"
 
 
 def test_a_replay_line_quotes_a_path_with_spaces() -> None:
@@ -11,3 +23,22 @@ def test_a_replay_line_quotes_a_path_with_spaces() -> None:
     assert episode.replay == (
         "./launch/clew rehearse 'my scenes/one.json' -n 2 --time-s-max 2.5 --faults 'a b.toml' --seed 1"
     )
+
+
+@pytest.mark.parametrize("raised", [RuntimeError("a bug of ours"), episodes.OutOfTimeError()])
+def test_a_future_that_does_not_end_is_told_of_as_this_future_with_its_faults(
+    raised: BaseException, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def run(_: Rehearsal) -> Rehearsal:
+        raise raised
+
+    monkeypatch.setattr(Rehearsal, "run", run)
+    future = replace(drawn_episode(SEED, Path(), "", wall_s_max=60.0), branches=FUTURE)
+    drawn, outcome = draw_future(SEED, read_branches(FUTURE)), play(future)
+    assert outcome.surprise in {Surprise.CRASHED, Surprise.STOPPED}
+    assert outcome.branches == FUTURE
+    assert (outcome.mode, outcome.classes) == (drawn.mode, tuple(map(str, drawn.classes)))
+    figures = by_class([outcome])
+    assert drawn.classes
+    for each in drawn.classes:
+        assert figures[each].crashed + figures[each].stopped == 1
