@@ -58,7 +58,9 @@ REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
     help="With swarm: play one future of each seed, such as 3.101:r4:2,7.401:r1:1.",
 )
 @click.option(
-    "--keep", is_flag=True, help="Write every drawn world and plan, not only those with a surprise."
+    "--keep",
+    is_flag=True,
+    help="With swarm: write every drawn world and plan, not only those with a surprise.",
 )
 @click.option(
     "--jobs",
@@ -128,7 +130,7 @@ def campaign(
     from clew.campaign.executors.cluster import ClusterLostError
 
     _check(bool(roots or more), faults, (robots, law, deployment, time_s_max, tight))
-    _check_futures(faults, guided=guided, future=future)
+    _check_swarm(faults, guided=guided, future=future, keep=keep)
     source = _source(executor, scheduler, jobs, guided=guided)
     request = Request(
         roots=(*roots, *more),
@@ -178,8 +180,8 @@ def _check(has_scenes: bool, faults: str | None, of_scenes: tuple[object, ...]) 
         )
 
 
-def _check_futures(faults: str | None, *, guided: bool, future: str | None) -> None:
-    """Refuse futures of anything but a swarm.
+def _check_swarm(faults: str | None, *, guided: bool, future: str | None, keep: bool) -> None:
+    """Refuse futures, and drawn worlds, of anything but a swarm.
 
     Raises:
         UsageError: it names the option.
@@ -187,8 +189,8 @@ def _check_futures(faults: str | None, *, guided: bool, future: str | None) -> N
     from clew.campaign.episode import SWARM
     from clew.swarm.futures import read_branches
 
-    if faults != SWARM and (guided or future is not None):
-        raise UsageError("--guided, --future: need --faults swarm")
+    if faults != SWARM and (guided or keep or future is not None):
+        raise UsageError("--guided, --future, --keep: need --faults swarm")
     if guided and future is not None:
         raise UsageError("--guided: searches for futures itself, so --future must not be given")
     if future is not None:

@@ -15,11 +15,12 @@ if TYPE_CHECKING:
     from clew.explore.setting import Setting
 
 SETTING_NAMES = ("start", "turns", "drive", "heal", "cut", "middle", "orders", "rejoin", "round", "late")
+FIRST = SETTING_NAMES[0]  # explored where none is named
 RULE_NAMES = ("F1", "F2", "F3", "F4", "F5", "F6")
 
 
 @click.command("explore")
-@click.argument("setting", type=Word(SETTING_NAMES), default="start")
+@click.argument("setting", type=Word(SETTING_NAMES), required=False)
 @robots_option("Number of robots, at most the setting's.")
 @click.option(
     "--faults", type=click.IntRange(0, 4), help="Explore all schedules with at most this many faults."
@@ -51,7 +52,7 @@ RULE_NAMES = ("F1", "F2", "F3", "F4", "F5", "F6")
 @click.pass_context
 def explore_verb(
     ctx: click.Context,
-    setting: str,
+    setting: str | None,
     *,
     robots: int | None,
     faults: int | None,
@@ -64,6 +65,7 @@ def explore_verb(
 ) -> None:
     """Try every schedule with few faults, on the real cores, in a small world without noise.
 
+    SETTING is start, unless another one is given.
     By default messages are delivered in order and at once. Each lost, late or repeated message, each kill,
     cut and restart is one fault. The verb explores without faults, then with one, and so on, and says what
     was covered. It exits with 1 when a promise is broken, and prints a schedule with as few faults as
@@ -75,12 +77,13 @@ def explore_verb(
     from clew.explore.setting import SETTINGS, adjusted
     from clew.explore.without import RULES, explore_without
 
-    if recovers and (rule is not None or not SETTINGS[setting].has_way_for_all):
-        raise click.UsageError("--recovers is for settings with a way for all robots, and not for --without")
     if rule is not None:
+        _refuse_with_rule(setting, robots, faults, deliveries, skip, recovers or None)
         chosen, rounds = RULES[rule].setting, explore_without(rule, seconds)
     else:
-        chosen = adjusted(SETTINGS[setting], robots=robots, deliveries=deliveries, skips=skip)
+        chosen = adjusted(SETTINGS[setting or FIRST], robots=robots, deliveries=deliveries, skips=skip)
+        if recovers and not chosen.has_way_for_all:
+            raise click.UsageError("--recovers: is for settings with a way for all robots")
         rounds = explore(chosen, chosen.faults if faults is None else faults, seconds, recovers=recovers)
     done: list[Round] = []
     for each in rounds:
@@ -96,6 +99,15 @@ def explore_verb(
                 click.echo(line)
     broken = last.ended is Ended.BREACH
     ctx.exit(ExitCode.FAILED if broken is (rule is None) else ExitCode.OK)
+
+
+def _refuse_with_rule(*given: object) -> None:
+    """Refuse what the setting of a rule decides."""
+    if any(each is not None for each in given):
+        raise click.UsageError(
+            "--without: explores the setting that shows the rule, so SETTING, --robots, --faults, "
+            "--deliveries, --skip and --recovers must not be given"
+        )
 
 
 def _sentence(each: "Round") -> str:

@@ -64,9 +64,11 @@ def cat(
     --follow, the run may still be going on, or may not have started yet.
     """
     from clew.log.line import fields_of, is_coloured, one_line
-    from clew.log.timeline import Choice, kind_of
+    from clew.log.timeline import Choice, kind_of, unknown_kinds
     from world.record.recorder import line
 
+    if (unknown := unknown_kinds(without)) is not None:
+        raise UsageError(f"--without: {unknown}")
     chosen, coloured = msgspec.convert(choice, Choice), is_coloured(color) and not as_json
     printer = _Printer(1 if following or sys.stdout.isatty() else AT_ONCE, coloured=coloured)
 

@@ -58,6 +58,8 @@ def mutants(
             f"--mutant {unknown[0]}: must be one of {', '.join(mutant.name for mutant in MUTANTS)}"
         )
     if guided:
+        if tested := [each.name for each in MUTANTS if each.check and each.name in names]:
+            raise UsageError(f"--mutant {tested[0]}: a test catches it and no seed, so not for --guided")
         chosen = [each for each in MUTANTS if not each.check and (not names or each.name in names)]
         comparison = _compare(chosen, trials, cpu_s_max)
         if as_json:

@@ -48,7 +48,10 @@ def shrink_verb(ctx: click.Context, run: Path, *, seed: int | None, out: Path | 
     from clew.campaign.shrink import shrink
     from world.record.recorder import EVENTS_FILE
 
-    case, recorded = _run(run) if (run / EVENTS_FILE).exists() else _episode(run, seed)
+    is_run = (run / EVENTS_FILE).exists()
+    if is_run and seed is not None:
+        raise UsageError(f"{run}: is a run; --seed chooses an episode of a campaign")
+    case, recorded = _run(run) if is_run else _episode(run, seed)
     if recorded is None:
         warn(f"{run}: did not fail")
         ctx.exit(ExitCode.FAILED)

@@ -118,6 +118,12 @@ def test_a_run_that_now_fails_in_another_way_is_not_shrunk_and_both_are_reported
     assert not (failed / "shrunk").exists()
 
 
+def test_a_seed_is_refused_for_a_run_which_has_one(failed: Path) -> None:
+    shrunk = clew("shrink", failed, "--seed", "2")
+    assert (shrunk.exit_code, shrunk.stdout) == (2, "")
+    assert "is a run; --seed chooses an episode of a campaign" in shrunk.stderr
+
+
 def test_a_reason_that_is_also_the_way_to_fail_is_printed_once(tmp_path: Path) -> None:
     """All messages are lost, so the world waits for a strand until the time is up."""
     plan = Plan(name="deaf", rules=(Drop(),))

@@ -38,6 +38,21 @@ REFUSED = [
     ["replay", "run", "--until", "nan"],
     ["field", "--seed", "1"],
 ]
+# What an option would be given for nothing is said.
+NO_USE = {
+    "the setting of a rule": (["explore", "turns", "--without", "F3"], "--without: explores the setting"),
+    "the bounds of a rule": (
+        ["explore", "--without", "F3", "--skip", "3"],
+        "--without: explores the setting",
+    ),
+    "no way for all": (["explore", "round", "--recovers"], "--recovers: is for settings with a way"),
+    "nothing drawn": (["campaign", "anywhere", "--keep"], "--keep: need --faults swarm"),
+    "no seed": (
+        ["mutants", "--guided", "--mutant", "puts-untold"],
+        "--mutant puts-untold: a test catches it",
+    ),
+    "no such kind": (["log", "cat", "run", "--without", "pose.sample"], "there is no kind 'pose.sample'"),
+}
 
 
 VERBS = {path: verb for path, verb in commands(main) if path}
@@ -72,6 +87,13 @@ def test_what_cannot_be_done_is_one_line(arguments: list[str]) -> None:
     assert (said.exit_code, said.stdout, said.stderr.count("\n")) == (2, "", 1)
     assert said.stderr.startswith("Error: ")
     assert "\\" not in said.stderr
+
+
+@pytest.mark.parametrize(("arguments", "why"), NO_USE.values(), ids=NO_USE)
+def test_an_option_that_would_do_nothing_is_refused(arguments: list[str], why: str) -> None:
+    said = clew(*arguments)
+    assert (said.exit_code, said.stdout, said.stderr.count("\n")) == (2, "", 1)
+    assert why in said.stderr
 
 
 @pytest.mark.parametrize("verb", VERBS, ids=" ".join)
