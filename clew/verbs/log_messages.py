@@ -13,10 +13,12 @@ from clew.verbs.say import say, warn
 from protocol.errors import UsageError
 from protocol.faults.rules import MessageKind
 from protocol.files.names import did_you_mean
-from protocol.keys import WORLD, robot_name
+from protocol.keys import WORLD, robot_name, robot_number
 
 if TYPE_CHECKING:
     from clew.log.journals.messages import Message
+    from clew.log.timeline import Choice
+    from world.record.recorder import Header
 
 
 class _Link(click.ParamType[tuple[str, str]]):
@@ -94,8 +96,11 @@ def messages(
     from clew.log.journals.messages import Chosen, messages_of
     from clew.log.journals.process import gaps, processes_of
     from clew.log.log import Log
+    from clew.log.timeline import Choice
 
     log = Log(run)
+    for each in {robot, *map(robot_number, link or ())}:
+        _refuse_unknown(Choice(robot=each, from_s=from_s, to_s=to_s), log.header)
     lines = list(log.lines)
     processes = processes_of(log.path.parent)
     name = None if robot is None else robot_name(robot)
@@ -114,6 +119,15 @@ def messages(
         warn(f"not complete: {flaw}")
     if not found:
         warn("no message matches")
+
+
+def _refuse_unknown(choice: "Choice", header: "Header") -> None:
+    """Raise `UsageError` where no message of such a run can be chosen."""
+    from clew.log.timeline import unknown_in
+
+    unknown = unknown_in(choice, header, ())
+    if unknown is not None:
+        raise UsageError(unknown)
 
 
 def line_of(message: "Message") -> str:

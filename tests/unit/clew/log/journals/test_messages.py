@@ -172,9 +172,15 @@ def test_a_line_says_when_who_what_and_how_it_ended(run: Path) -> None:
         (("--step", "4-2"), "must be like 2 or 2-4"),
         (("--fate", "droped"), "did you mean 'dropped'"),
         (("--kind", "aheads"), "there is no kind 'aheads'; did you mean 'ahead'"),
+        (("--robot", "9"), "robot: must be a robot of the fleet, r1 to r"),
+        (("--link", "2,9"), "robot: must be a robot of the fleet, r1 to r"),
+        (
+            ("--link", "2,world", "--from", "5", "--to", "2"),
+            "time: must be from an earlier time to a later one",
+        ),
     ],
 )
-def test_a_choice_that_makes_no_sense_is_refused(run: Path, options: tuple[str, str], reason: str) -> None:
+def test_a_choice_that_makes_no_sense_is_refused(run: Path, options: tuple[str, ...], reason: str) -> None:
     said = clew("log", "messages", run, *options)
     assert (said.exit_code, said.stdout) == (2, "")
     assert reason in said.stderr
