@@ -18,6 +18,7 @@ from traceback import walk_tb
 from clew.api.fleet import Fleet
 from clew.api.rehearsed import RehearsedFleet
 from clew.campaign.shrink import fewest
+from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
 from protocol.faults.plan_text import plan_text
 from protocol.files.writing import write_whole
@@ -46,10 +47,9 @@ def told(test: Test, fleet: Fleet) -> Iterator[str]:
     if not fleet.has_begun:
         yield "the fleet had not begun"
         return
-    was_over = fleet.is_over
     fleet.close()
     folder = fleet.asked.folder
-    yield f"what broke first: {_first(fleet, was_over=was_over)}"
+    yield f"what broke first: {_first(fleet)}"
     yield f"seed: {fleet.asked.seed}"
     plan, note = _least(test, fleet)
     if note:
@@ -73,14 +73,12 @@ def told(test: Test, fleet: Fleet) -> Iterator[str]:
     yield f"page:                    {fleet.run.report()}"
 
 
-def _first(fleet: Fleet, *, was_over: bool) -> str:
-    """The first thing that went wrong in the run."""
+def _first(fleet: Fleet) -> str:
+    """The first thing that went wrong in the run. That we have ended it did not go wrong."""
     verdict = fleet.run.verdict
     if verdict is None:
         return "the run has no verdict"
-    if was_over and not verdict.ok:
-        return plain(verdict.reason)
-    if verdict.violations:
+    if not verdict.ok and verdict.exit_code != ExitCode.TERMINATED:
         return plain(verdict.reason)
     return f"the test's own claim, at t={fleet.now_s:.1f} s; until then the fleet kept all promises"
 

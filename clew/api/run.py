@@ -9,6 +9,7 @@ Rule 1: it only reads. Of a run that goes on it shows what has been recorded up 
         look; of an unfinished one it has no verdict.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -120,12 +121,15 @@ class Run:
             t: from when to when [simulated s], both included.
 
         Raises:
-            UsageError: no entry of such a run can be chosen: it has no such kind, source, robot, rule or key.
+            UsageError: no entry of such a run can be chosen: it has no such kind, source, robot, rule or key,
+                or a time is no number.
         """
         said: object = t  # a notebook has no type checker
         if said is not None and not (isinstance(said, Sequence) and len(said) == 2):
             raise UsageError(f"t: must be two times, as (2, 9), got {t!r}")
-        from_s, to_s = t or (None, None)
+        from_s, to_s = (
+            (None, None) if t is None else (None if each is None else _time("t", each) for each in t)
+        )
         choice = Choice(
             kind=_all(kind),
             source=names(source),
@@ -161,8 +165,15 @@ class Run:
         return messages_of(processes_of(self.folder), self._reading.lines)
 
     def at(self, t_s: float) -> Moment:
-        """Where everybody was at that time, what everybody did, and who led."""
-        return moment_of(self._reading.lines, t_s)
+        """Where everybody was at that time, what everybody did, and who led; after the end, as at the end.
+
+        Raises:
+            UsageError: it is no time from the start on.
+        """
+        then_s = _time("at", t_s)
+        if not 0.0 <= then_s < math.inf:
+            raise UsageError(f"at: must be from 0 s on, got {then_s:g} s; the newest is run.last_s")
+        return moment_of(self._reading.lines, then_s)
 
     def frame(self, name: str, *, to: str | None = None) -> Any:  # noqa: ANN401 - of a library that may be absent
         """A table: `poses`, `steps`, `messages`, `faults`, `states`, `waits`, `entries`, or a kind of entry.
@@ -219,6 +230,17 @@ class Run:
     def _timeline(self) -> Timeline:
         lines = self._reading.lines
         return Timeline(self.header, tuple(lines), self._reading.flaws)
+
+
+def _time(name: str, given: object) -> float:
+    """A time, such as one of numpy."""
+    try:
+        t_s = float(given)  # type: ignore[arg-type] # it raises for what is none
+    except (TypeError, ValueError):
+        t_s = math.nan
+    if math.isnan(t_s):
+        raise UsageError(f"{name}: must be a time [simulated s], got {given!r}")
+    return t_s
 
 
 def _all(given: str | tuple[str, ...]) -> tuple[str, ...]:

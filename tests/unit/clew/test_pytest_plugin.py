@@ -174,6 +174,8 @@ def test_is_left_early(clew_rehearsal):
         in said
     )
     assert "but kill-1 never struck" in said
+    assert "what broke first: the test's own claim" in said
+    assert "told to end" not in said  # the plugin has told it
     assert "faults: 1 of 2 that were given matter:" in said
     assert "FAILED test_mine.py::test_may_be_late" not in said
 

@@ -145,8 +145,20 @@ def test_a_moment_is_between_two_samples_and_before_what_comes_later(run: Run) -
     assert then.robots[2].clearance_m == one.clearance_m
     assert then.order == (1, 2, 3, 4, 5)
     assert (then.leader, then.may_move, then.robots[5].place) == (1, "all", 4)
-    assert run.at(-1.0).robots == {}
     assert run.at(1e6).robots[1].state == "arrived"
+
+
+@pytest.mark.parametrize("time", [-1, float("nan"), float("inf"), "last", None])
+def test_a_moment_that_is_no_time_of_a_run_is_refused(run: Run, time: object) -> None:
+    with pytest.raises(UsageError, match=r"^at: must be .*, got "):
+        run.at(time)  # type: ignore[arg-type] # as in a notebook
+
+
+def test_entries_are_asked_for_by_numbers(run: Run) -> None:
+    for times in (("2", "x"), (float("nan"), 9.0)):
+        with pytest.raises(UsageError, match=r"^t: must be a time \[simulated s\], got (nan|'x')"):
+            run.entries(t=times)  # type: ignore[arg-type] # as in a notebook
+    assert len(run.entries(t=(0.0, float("inf")))) == len(run.entries())
 
 
 def test_it_judges_replays_and_reports(run: Run, tmp_path: Path) -> None:
