@@ -76,7 +76,7 @@ def document(
     """The page as one HTML file.
 
     Args:
-        runs: the batches of each run, as `Story.batch` gives them.
+        runs: the batches of each run, as `Batches.batch` gives them.
         scripts: JavaScript to run after the page is built; the page's hooks are in `window.clew`.
         connects: whether scripts may send requests to the page's origin.
     """

@@ -19,7 +19,7 @@ class Place:
     """The place of a page in the list of messages."""
 
     telling: str
-    """None: it is empty."""
+    """Empty: there was no run yet."""
     number: int = 0
 
 
