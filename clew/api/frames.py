@@ -1,6 +1,6 @@
 """Tables of a run, as pandas or polars frames where one of them is installed, else as lists of dicts."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from importlib import import_module
 from importlib.util import find_spec
 from operator import attrgetter
@@ -92,31 +92,28 @@ def _each(name: str, chosen: Sequence[Line]) -> list[Any]:
 
 
 def _steps(lines: Iterable[Line]) -> Columns:
-    rows = []
-    for step in story_of(lines).all_steps():
-        plan, end = step.plan, step.end
-        rows.append(
-            {
-                "number": step.number,
-                "robot": step.robot,
-                "planned_s": step.t_s,
-                "begun_s": None if step.begun is None else step.begun.t_s,
-                "ended_s": None if end is None else end.t_s,
-                "how": None if end is None else str(end.how),
-                "x_m": plan.x_m,
-                "y_m": plan.y_m,
-                "target_x_m": plan.target.x_m,
-                "target_y_m": plan.target.y_m,
-                "length_m": plan.length_m,
-                "promised_clearance_m": plan.promised_clearance_m,
-                "clearance_m": None if end is None else end.clearance_m,
-            }
-        )
-    return _by_name(rows[0] if rows else (), rows)
+    steps = story_of(lines).all_steps()
+    plans, ends = [step.plan for step in steps], [step.end for step in steps]
+    return {
+        "number": [step.number for step in steps],
+        "robot": [step.robot for step in steps],
+        "planned_s": [step.t_s for step in steps],
+        "begun_s": [None if step.begun is None else step.begun.t_s for step in steps],
+        "ended_s": [None if end is None else end.t_s for end in ends],
+        "how": [None if end is None else str(end.how) for end in ends],
+        "x_m": [plan.x_m for plan in plans],
+        "y_m": [plan.y_m for plan in plans],
+        "target_x_m": [plan.target.x_m for plan in plans],
+        "target_y_m": [plan.target.y_m for plan in plans],
+        "length_m": [plan.length_m for plan in plans],
+        "promised_clearance_m": [plan.promised_clearance_m for plan in plans],
+        "clearance_m": [None if end is None else end.clearance_m for end in ends],
+    }
 
 
 def _messages(messages: Iterable[Message]) -> Columns:
-    return _by_name((*FIELDS, "said"), [message.as_dict() for message in messages])
+    rows = [message.as_dict() for message in messages]
+    return {name: [row[name] for row in rows] for name in (*FIELDS, "said")}
 
 
 def _states(lines: Iterable[Line]) -> Columns:
@@ -149,7 +146,3 @@ def _entries(lines: Sequence[Line]) -> Columns:
         "kind": [kinds[type(entry.record)] for _, entry in lines],
         "sentence": [sentence(source, entry.record) for source, entry in lines],
     }
-
-
-def _by_name(names: Iterable[str], rows: Sequence[Mapping[str, Any]]) -> Columns:
-    return {name: [row[name] for row in rows] for name in names}

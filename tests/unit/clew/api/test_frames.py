@@ -62,5 +62,9 @@ def test_a_table_or_a_library_that_is_not_there_is_refused(run: Run, monkeypatch
         run.frame("poses", to="polars")
 
 
-def test_a_run_without_entries_has_empty_tables() -> None:
-    assert all(frame_of(columns_of(name, [], list), DICTS) == [] for name in NAMED)
+def test_a_run_without_entries_has_tables_without_rows_and_with_all_columns(run: Run) -> None:
+    for name in NAMED:
+        full, none = columns_of(name, run._reading.lines, lambda: run.messages), columns_of(name, [], list)
+        assert list(none) == list(full)
+        assert not any(none.values())
+        assert frame_of(none, DICTS) == []
