@@ -27,7 +27,7 @@ def export(log: Log, out: Path) -> Exported:
     """Write a log as a folder of Parquet files."""
     run = {"clew.run": msgspec.json.encode(log.header)}
     with whole_folder(out, names_of(".parquet")) as folder:
-        _write_header(folder / "run.started.parquet", log.header)
+        _write_header(folder / "run.started.parquet", log.header, run)
         with ExitStack() as files:
             tables = {}
             for kind, record in TYPES.items():
@@ -70,12 +70,12 @@ def _arrow(type_: Type) -> pa.DataType:
             return pa.map_(pa.string(), _arrow(each))
 
 
-def _write_header(path: Path, header: Header) -> None:
+def _write_header(path: Path, header: Header, run: dict[str, bytes]) -> None:
     plain = msgspec.to_builtins(header)
     row = {
         name: msgspec.json.encode(value).decode() if isinstance(value, dict) else value
         for name, value in plain.items()
     }
-    table = pa.Table.from_pylist([row])
+    table = pa.Table.from_pylist([row]).replace_schema_metadata(run)
     with ParquetWriter(path, table.schema) as writer:
         writer.write_table(table)

@@ -121,7 +121,9 @@ def test_parquet_names_units_meanings_and_the_run(run: Path) -> None:
     )
     assert b"unit" not in (schema.field("step").metadata or {})
     header = Log(run).header
-    assert msgspec.json.decode(schema.metadata[b"clew.run"], type=type(header)) == header
+    for path in (run / "parquet").iterdir():
+        told = parquet.read_schema(path).metadata[b"clew.run"]
+        assert msgspec.json.decode(told, type=type(header)) == header
 
 
 def test_duckdb_infers_the_types_of_csv(run: Path) -> None:
