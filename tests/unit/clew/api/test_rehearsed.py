@@ -119,6 +119,8 @@ def test_what_a_live_fleet_refuses_a_rehearsed_one_refuses(fleet: Fleet) -> None
             fleet.robot(4)
         with pytest.raises(UsageError, match="must be a robot of the fleet, r1 to r3, got r4"):
             fleet.link(1, 4).drop()
+        with pytest.raises(UsageError, match="link: must be between two robots, got r2 twice"):
+            fleet.link(2, "r2")
         planned = fleet.link(1, 2).drop(0.1)
         fleet.until("step.planned", step=1)
         with pytest.raises(UsageError, match="give it before the fleet begins"):
