@@ -55,7 +55,7 @@ class Recorded:
         self, scenario: Scenario, seed: int, folder: Path, plan: Plan, say: Callable[[str], None]
     ) -> None:
         self._started_at = datetime.now(UTC).isoformat(timespec="seconds")
-        self._started_wall_s = time.monotonic()
+        self._started_wall_s, self._started_cpu_s = time.monotonic(), time.process_time()
         self._seed, self._folder, self._say = seed, folder, say
         self.rehearsal = Rehearsal(scenario, seed, plan, inputs=folder / INPUTS)
         self._file = open_events(folder)
@@ -84,8 +84,13 @@ class Recorded:
 
     def judge(self) -> Verdict:
         """Write the verdict on the rehearsal, which has ended."""
-        wall_s = time.monotonic() - self._started_wall_s
-        verdict = verdict_on(self.rehearsal, self._seed, started_at=self._started_at, wall_s=wall_s)
+        verdict = verdict_on(
+            self.rehearsal,
+            self._seed,
+            started_at=self._started_at,
+            wall_s=time.monotonic() - self._started_wall_s,
+            cpu_s=time.process_time() - self._started_cpu_s,
+        )
         save_verdict(verdict, self._folder)
         return verdict
 
@@ -103,7 +108,9 @@ class Recorded:
                 self._say(sentence)
 
 
-def verdict_on(rehearsal: Rehearsal, seed: int, *, started_at: str, wall_s: float) -> Verdict:
+def verdict_on(
+    rehearsal: Rehearsal, seed: int, *, started_at: str, wall_s: float, cpu_s: float = 0.0
+) -> Verdict:
     """The verdict on a rehearsal that has ended."""
     return verdict_of(
         rehearsal.world,
@@ -116,7 +123,7 @@ def verdict_on(rehearsal: Rehearsal, seed: int, *, started_at: str, wall_s: floa
             recorded=len(rehearsal.entries),
             missing={},
             wall_s=wall_s,
-            cpu_s=time.process_time(),
+            cpu_s=cpu_s,
         ),
     )
 

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Sequence
+from itertools import chain, repeat
 from pathlib import Path
 
 import msgspec
@@ -186,3 +187,15 @@ def test_a_rehearsal_waits_for_no_disk(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setattr(os, "fdatasync", lambda _: pytest.fail("nobody resumes a rehearsal"))
     clew("rehearse", scene(tmp_path / "posts.json"), "-n", "2", "--out", tmp_path / "run")
     assert "fence.changed" in kinds(timeline.read(tmp_path / "run").lines)
+
+
+def test_its_processor_time_begins_with_the_rehearsal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A process may have rehearsed before."""
+    spent_s = chain([100.0], repeat(102.5))
+    monkeypatch.setattr("clew.rehearsal.recorded.time.process_time", lambda: next(spent_s))
+    scenario = load(str(scene(tmp_path / "small.json")), robots=1)
+    (tmp_path / "run").mkdir()
+    assert rehearse(scenario, 1, tmp_path / "run", lambda _: None).cpu_s == 2.5
+    assert read_verdict(tmp_path / "run").cpu_s == 2.5
