@@ -6,19 +6,19 @@ from protocol.wire.messages import AheadState, BehindState, Odometry, Scan
 from protocol.wire.view import ViewMessage
 
 
-class OdometryHeard(Struct, frozen=True):
+class OdometryHeard(Struct, frozen=True, gc=False):
     """Odometry: the body's pose and the time."""
 
     odometry: Odometry
 
 
-class ScanHeard(Struct, frozen=True):
+class ScanHeard(Struct, frozen=True, gc=False):
     """An answer to a scan query."""
 
     scan: Scan
 
 
-class ViewHeard(Struct, frozen=True):
+class ViewHeard(Struct, frozen=True, gc=False):
     """A message of a view from another robot, with the number of the message."""
 
     robot: int
@@ -26,7 +26,7 @@ class ViewHeard(Struct, frozen=True):
     said: ViewMessage
 
 
-class LinkHeard(Struct, frozen=True):
+class LinkHeard(Struct, frozen=True, gc=False):
     """A neighbour's link state, with the number of the message."""
 
     robot: int
@@ -34,28 +34,28 @@ class LinkHeard(Struct, frozen=True):
     state: AheadState | BehindState
 
 
-class TokenCame(Struct, frozen=True):
+class TokenCame(Struct, frozen=True, gc=False):
     """The liveliness token of a process has appeared; robot 0 is the world."""
 
     robot: int
     incarnation: str
 
 
-class TokenWent(Struct, frozen=True):
+class TokenWent(Struct, frozen=True, gc=False):
     """A liveliness token has gone: the process died, is frozen or cut off; or this robot is cut off."""
 
     robot: int
     incarnation: str
 
 
-class TokensSeen(Struct, frozen=True):
+class TokensSeen(Struct, frozen=True, gc=False):
     """Tokens that came one after the other, as when a process connects: one event, since a fleet has many."""
 
     shown: tuple[tuple[int, str], ...]
     """Pairs of robot and incarnation; a journal takes no numbers as keys."""
 
 
-class TokensWatched(Struct, frozen=True):
+class TokensWatched(Struct, frozen=True, gc=False):
     """From now on, these robots' tokens are watched and no others; those that are shown have come."""
 
     robots: tuple[int, ...] | None

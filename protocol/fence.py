@@ -23,7 +23,7 @@ Life = Annotated[int, Meta(ge=0, le=2**LIFE_BITS - 1, description="random bits o
 AnyRobot = Annotated[int, Meta(ge=0, le=ROBOTS_MAX, description="0: no robot")]
 
 
-class Epoch(Struct, frozen=True, kw_only=True):
+class Epoch(Struct, frozen=True, gc=False, kw_only=True):
     """The number of a view: its generation, and the robot that proposed it, in that life."""
 
     generation: Annotated[int, Meta(ge=0, le=GENERATIONS_MAX)] = 0
@@ -49,7 +49,7 @@ class May(StrEnum):
     STOPPED = "stopped"  # nobody, and no view may be proposed until the operator releases it
 
 
-class Fence(Struct, frozen=True, kw_only=True):
+class Fence(Struct, frozen=True, gc=False, kw_only=True):
     """What every body of the fleet obeys at one moment."""
 
     epoch: Epoch = Epoch()
@@ -73,7 +73,7 @@ class Fence(Struct, frozen=True, kw_only=True):
         return one or self.may is May.ALL
 
 
-class Bearing(Struct, frozen=True, kw_only=True):
+class Bearing(Struct, frozen=True, gc=False, kw_only=True):
     """What an order to drive bears: the fence under which it was given, and the life that gave it."""
 
     epoch: Epoch = Epoch()
@@ -103,24 +103,24 @@ class Cause(StrEnum):
     WORLD_RESTARTED = "world_restarted"
 
 
-class Raise(Struct, frozen=True, kw_only=True, tag="raise"):
+class Raise(Struct, frozen=True, gc=False, kw_only=True, tag="raise"):
     """Put by any robot: the next generation, in which nobody may move yet."""
 
     epoch: Epoch
     cause: Cause
 
 
-class Turn(Struct, frozen=True, kw_only=True, tag="turn"):
+class Turn(Struct, frozen=True, gc=False, kw_only=True, tag="turn"):
     """Put by the coordinator: the next turn of its epoch."""
 
     fence: Fence
 
 
-class Stop(Struct, frozen=True, kw_only=True, tag="stop"):
+class Stop(Struct, frozen=True, gc=False, kw_only=True, tag="stop"):
     """Put by the operator: nobody may move until the release."""
 
 
-class Release(Struct, frozen=True, kw_only=True, tag="release"):
+class Release(Struct, frozen=True, gc=False, kw_only=True, tag="release"):
     """Put by the operator: ends the stop of this generation, and of no other."""
 
     generation: Count
@@ -136,7 +136,7 @@ def in_force(fence: Fence) -> bool:
     return True
 
 
-class Named(Struct, frozen=True, kw_only=True):
+class Named(Struct, frozen=True, gc=False, kw_only=True):
     """One life of a robot."""
 
     robot: RobotId

@@ -21,14 +21,14 @@ RobotId = Annotated[int, Meta(ge=1, le=ROBOTS_MAX)]
 RobotCount = Annotated[int, Meta(ge=0, le=ROBOTS_MAX)]  # also a rank: its reader may list so many robots
 
 
-class Point(Struct, frozen=True, kw_only=True):
+class Point(Struct, frozen=True, gc=False, kw_only=True):
     """A place [m; world frame]."""
 
     x_m: Metres
     y_m: Metres
 
 
-class Pose(Struct, frozen=True, kw_only=True):
+class Pose(Struct, frozen=True, gc=False, kw_only=True):
     """A body's position and heading [m, rad in (-pi, pi]; world frame]."""
 
     x_m: Metres
@@ -36,7 +36,7 @@ class Pose(Struct, frozen=True, kw_only=True):
     heading_rad: Radians
 
 
-class Vertex(Struct, frozen=True, kw_only=True):
+class Vertex(Struct, frozen=True, gc=False, kw_only=True):
     """A corner of a path and its arc length along that path [m; world frame]."""
 
     x_m: Metres

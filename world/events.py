@@ -8,63 +8,63 @@ from protocol.timeline import Entry
 from protocol.wire.messages import Drive
 
 
-class OrderHeard(Struct, frozen=True):
+class OrderHeard(Struct, frozen=True, gc=False):
     """A robot's newest drive order has arrived."""
 
     robot: int
     drive: Drive
 
 
-class FencePut(Struct, frozen=True):
+class FencePut(Struct, frozen=True, gc=False):
     """A robot asks for a change of the fence; robot 0 is the operator."""
 
     robot: int
     change: Change
 
 
-class ScanAsked(Struct, frozen=True):
+class ScanAsked(Struct, frozen=True, gc=False):
     """A robot queries a scan."""
 
     robot: int
     revolutions: int
 
 
-class TokenCame(Struct, frozen=True):
+class TokenCame(Struct, frozen=True, gc=False):
     """A robot's liveliness token has appeared."""
 
     robot: int
     incarnation: str
 
 
-class TokenWent(Struct, frozen=True):
+class TokenWent(Struct, frozen=True, gc=False):
     """A robot's liveliness token has vanished."""
 
     robot: int
     incarnation: str
 
 
-class EntryWritten(Struct, frozen=True):
+class EntryWritten(Struct, frozen=True, gc=False):
     """The recorder has written an entry of the world or of a robot."""
 
     source: str
     entry: Entry
 
 
-class EntryRead(Struct, frozen=True):
+class EntryRead(Struct, frozen=True, gc=False):
     """An entry was read from the timeline: each once, in the order of the lines."""
 
     source: str
     entry: Entry
 
 
-class MessageDropped(Struct, frozen=True):
+class MessageDropped(Struct, frozen=True, gc=False):
     """An arriving message broke the protocol."""
 
     key: str
     reason: str
 
 
-class StopAsked(Struct, frozen=True):
+class StopAsked(Struct, frozen=True, gc=False):
     """The launcher asks the run to end; with this exit code, unless the run has failed before."""
 
     exit_code: ExitCode

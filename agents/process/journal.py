@@ -93,7 +93,7 @@ _BEGINNINGS = (b"\x96\xa2in\xcb", b"\x93\xa3out", b"\x92\xa3end")
 """The first bytes of records: the number of items and the tag; for an input also the float's marker."""
 
 
-class Given(Struct, frozen=True):
+class Given(Struct, frozen=True, gc=False):
     """An event for a core, and the message that carried it."""
 
     event: Event

@@ -19,7 +19,7 @@ from protocol.wire.messages import Message, Odometry, Phase
 from world.judge.books import Account
 
 
-class Arrival(Struct, frozen=True):
+class Arrival(Struct, frozen=True, gc=False):
     """Mail that has arrived, perhaps damaged by a fault."""
 
     mail: Mail

@@ -14,7 +14,7 @@ from protocol.faults.plan import Plan
 from protocol.timeline import FaultInjected
 
 
-class Opened(Struct, frozen=True):
+class Opened(Struct, frozen=True, gc=False):
     """The effect of the fault plan on one mail: arrivals with their delays, and entries to record."""
 
     arrivals: tuple[tuple[float, Arrival], ...]

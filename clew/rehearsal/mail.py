@@ -14,7 +14,7 @@ from world.events import Event as WorldEvent
 from world.events import FencePut, OrderHeard, ScanAsked
 
 
-class Mail(Struct, frozen=True):
+class Mail(Struct, frozen=True, gc=False):
     """A message in transit to one receiver."""
 
     sender: int

@@ -159,7 +159,7 @@ Record = (
 )
 
 
-class Entry(Struct, frozen=True, kw_only=True):
+class Entry(Struct, frozen=True, gc=False, kw_only=True):
     """One entry of the timeline: a time and a record. Its source is in the key of the message."""
 
     n: Annotated[Count, Meta(description="the source's own count, from 1")]

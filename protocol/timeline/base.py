@@ -12,5 +12,5 @@ Text = Annotated[str, Meta(max_length=2000)]
 Counts = Annotated[dict[Annotated[str, Meta(max_length=200)], Count], Meta(max_length=20_000)]
 
 
-class Kind(Struct, frozen=True, kw_only=True, tag_field="kind"):
+class Kind(Struct, frozen=True, gc=False, kw_only=True, tag_field="kind"):
     """The base of all kinds; the fields of `Entry` come before its own."""

@@ -11,7 +11,7 @@ from protocol.timeline.base import Kind
 SEEN_MAX = 250  # obstacles and gaps in an entry, which must fit into one message
 
 
-class SeenObstacle(Struct, frozen=True, kw_only=True):
+class SeenObstacle(Struct, frozen=True, gc=False, kw_only=True):
     """An obstacle as seen in a scan: its tangent points, clockwise first, and the chord between them."""
 
     tangent_1: Point
@@ -19,7 +19,7 @@ class SeenObstacle(Struct, frozen=True, kw_only=True):
     chord_m: Length
 
 
-class SeenGap(Struct, frozen=True, kw_only=True):
+class SeenGap(Struct, frozen=True, gc=False, kw_only=True):
     """The opening between two obstacles that are neighbours anti-clockwise."""
 
     right: Annotated[Count, Meta(description="index of the obstacle on its right in `obstacles`")]

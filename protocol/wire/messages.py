@@ -2,6 +2,8 @@
 
 Rule 1: a link message is the sender's whole link state, so any one that arrives is enough.
 Rule 2: the sender of a message is named by its key, never in the message.
+Rule 3: messages, entries and the events that carry them are in no reference cycle. So the collector need not
+        search them (`gc=False`): a rehearsal keeps all its entries.
 """
 
 from enum import StrEnum
@@ -34,7 +36,7 @@ class Phase(StrEnum):
         return self if other is self else max(self, other, key=list(Phase).index)
 
 
-class Handover(Struct, frozen=True, kw_only=True):
+class Handover(Struct, frozen=True, gc=False, kw_only=True):
     """The knowledge of a leader that its successor needs."""
 
     number: Count
@@ -45,7 +47,7 @@ class Handover(Struct, frozen=True, kw_only=True):
     """The memory of guidance."""
 
 
-class AheadState(Struct, frozen=True, kw_only=True, tag="ahead"):
+class AheadState(Struct, frozen=True, gc=False, kw_only=True, tag="ahead"):
     """The link state that a robot sends to the robot behind it."""
 
     epoch: Epoch
@@ -69,7 +71,7 @@ class AheadState(Struct, frozen=True, kw_only=True, tag="ahead"):
     """The leader's handover, until the robot behind has acknowledged it."""
 
 
-class BehindState(Struct, frozen=True, kw_only=True, tag="behind"):
+class BehindState(Struct, frozen=True, gc=False, kw_only=True, tag="behind"):
     """The link state that a robot sends to the robot ahead of it."""
 
     epoch: Epoch
@@ -87,7 +89,7 @@ class BehindState(Struct, frozen=True, kw_only=True, tag="behind"):
     """Whether this robot and, as far as it knows, all robots behind it stand."""
 
 
-class Drive(Struct, frozen=True, kw_only=True, omit_defaults=True, tag="drive"):
+class Drive(Struct, frozen=True, gc=False, kw_only=True, omit_defaults=True, tag="drive"):
     """A robot's newest drive order: turn towards the target on the spot, drive straight to it, stop.
 
     Repeating an order changes nothing. No target means stand still.
@@ -113,7 +115,7 @@ class Drive(Struct, frozen=True, kw_only=True, omit_defaults=True, tag="drive"):
     """How late the robot's process runs, by its own measurement [wall s]; its shell fills it in."""
 
 
-class Odometry(Struct, frozen=True, kw_only=True, tag="odometry"):
+class Odometry(Struct, frozen=True, gc=False, kw_only=True, tag="odometry"):
     """The state of a body, sent to its robot many times a second; it is also the robot's clock."""
 
     n: Count
@@ -131,7 +133,7 @@ class Odometry(Struct, frozen=True, kw_only=True, tag="odometry"):
     phase: Phase
 
 
-class Scan(Struct, frozen=True, kw_only=True, tag="scan"):
+class Scan(Struct, frozen=True, gc=False, kw_only=True, tag="scan"):
     """Ranges in evenly spaced directions, anti-clockwise from -pi [m; world frame].
 
     A ray without a hit has the range limit. Directions refer to the world's x axis, so a scan does not depend
@@ -145,7 +147,7 @@ class Scan(Struct, frozen=True, kw_only=True, tag="scan"):
     ranges_m: Annotated[tuple[Length, ...], Meta(min_length=DIRECTIONS_MIN, max_length=RAYS_MAX)]
 
 
-class LogBatch(Struct, frozen=True, kw_only=True, tag="log"):
+class LogBatch(Struct, frozen=True, gc=False, kw_only=True, tag="log"):
     """Timeline entries of one source, with consecutive numbers."""
 
     incarnation: Incarnation = ""
@@ -153,14 +155,14 @@ class LogBatch(Struct, frozen=True, kw_only=True, tag="log"):
     entries: Annotated[tuple[Entry, ...], Meta(max_length=BATCH_ENTRIES_MAX)]
 
 
-class Logged(Struct, frozen=True, kw_only=True, tag="logged"):
+class Logged(Struct, frozen=True, gc=False, kw_only=True, tag="logged"):
     """Acknowledgement: the recorder has written all entries of this incarnation up to this number."""
 
     incarnation: Incarnation = ""
     up_to: Count
 
 
-class Faults(Struct, frozen=True, kw_only=True, tag="faults"):
+class Faults(Struct, frozen=True, gc=False, kw_only=True, tag="faults"):
     """The faults of a robot beyond the fault plan that it has read; the newest message is valid."""
 
     number: Count
@@ -174,7 +176,7 @@ class Faults(Struct, frozen=True, kw_only=True, tag="faults"):
     """Additional delay of each read of the robot's inbox; 0: none."""
 
 
-class ScanQuery(Struct, frozen=True, kw_only=True, tag="scan_query"):
+class ScanQuery(Struct, frozen=True, gc=False, kw_only=True, tag="scan_query"):
     """A query for a scan of one revolution or more.
 
     Between revolutions the scanner turns by an equal share of its ray spacing, so that the rays interlace:
@@ -184,7 +186,7 @@ class ScanQuery(Struct, frozen=True, kw_only=True, tag="scan_query"):
     revolutions: Annotated[int, Meta(ge=1, le=REVOLUTIONS_MAX)]
 
 
-class Ask(Struct, frozen=True, kw_only=True, tag="ask"):
+class Ask(Struct, frozen=True, gc=False, kw_only=True, tag="ask"):
     """A query without parameters: its key says what is requested."""
 
 

@@ -21,7 +21,7 @@ Seen = Annotated[bytes, Meta(max_length=SEEN_BYTES_MAX)]
 Robots = Annotated[tuple[RobotId, ...], Meta(max_length=ROBOTS_MAX)]
 
 
-class Former(Struct, frozen=True, kw_only=True):
+class Former(Struct, frozen=True, gc=False, kw_only=True):
     """A place that a robot had and has not left since."""
 
     epoch: Epoch
@@ -42,7 +42,7 @@ class Former(Struct, frozen=True, kw_only=True):
         return self.at is None
 
 
-class Counters(Struct, frozen=True, kw_only=True):
+class Counters(Struct, frozen=True, gc=False, kw_only=True):
     """What a fleet counts from one formation to the next."""
 
     steps: Count = 0
@@ -59,7 +59,7 @@ class Counters(Struct, frozen=True, kw_only=True):
     """How often a strand has formed again after a loss."""
 
 
-class Question(Struct, frozen=True, kw_only=True):
+class Question(Struct, frozen=True, gc=False, kw_only=True):
     """The coordinator asks a robot to look around, or at its leg: the way to the robot ahead in the draft."""
 
     number: Count
@@ -72,7 +72,7 @@ class Question(Struct, frozen=True, kw_only=True):
     """Where robots stand that the scan may show."""
 
 
-class Look(Struct, frozen=True, kw_only=True):
+class Look(Struct, frozen=True, gc=False, kw_only=True):
     """The answer to a question."""
 
     number: Count
@@ -86,7 +86,7 @@ class Look(Struct, frozen=True, kw_only=True):
     """That path between the two, from the robot's own place to the other's, ends included."""
 
 
-class Report(Struct, frozen=True, kw_only=True, tag="report"):
+class Report(Struct, frozen=True, gc=False, kw_only=True, tag="report"):
     """A bound robot says where it stands and what it knows, to the coordinator."""
 
     epoch: Epoch
@@ -115,7 +115,7 @@ class Report(Struct, frozen=True, kw_only=True, tag="report"):
     """The formation that the counters are from."""
 
 
-class Join(Struct, frozen=True, kw_only=True):
+class Join(Struct, frozen=True, gc=False, kw_only=True):
     """Where the strand of the draft ends, for the robot that has the turn."""
 
     turn: Count
@@ -131,7 +131,7 @@ class Join(Struct, frozen=True, kw_only=True):
     """How many segments of that are the last robot's own leg."""
 
 
-class Answer(Struct, frozen=True, kw_only=True, tag="answer"):
+class Answer(Struct, frozen=True, gc=False, kw_only=True, tag="answer"):
     """The coordinator's answer to a report, or a leader's to a plea."""
 
     epoch: Epoch
@@ -152,7 +152,7 @@ class Answer(Struct, frozen=True, kw_only=True, tag="answer"):
     wants_map: bool = False
 
 
-class Neighbour(Struct, frozen=True, kw_only=True):
+class Neighbour(Struct, frozen=True, gc=False, kw_only=True):
     """A robot beside another in a formation."""
 
     robot: RobotId
@@ -161,7 +161,7 @@ class Neighbour(Struct, frozen=True, kw_only=True):
     """Where it stands, in arc length along the formation's path."""
 
 
-class Formation(Struct, frozen=True, kw_only=True, tag="formation"):
+class Formation(Struct, frozen=True, gc=False, kw_only=True, tag="formation"):
     """A piece of what a view has agreed on, for one member: the whole path, and its own place."""
 
     epoch: Epoch
@@ -197,7 +197,7 @@ class Formation(Struct, frozen=True, kw_only=True, tag="formation"):
     path: Annotated[tuple[Vertex, ...], Meta(max_length=PIECE_VERTICES_MAX)]
 
 
-class Plea(Struct, frozen=True, kw_only=True, tag="plea"):
+class Plea(Struct, frozen=True, gc=False, kw_only=True, tag="plea"):
     """A robot that is left out asks the leader to be let in."""
 
     epoch: Epoch
