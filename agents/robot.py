@@ -103,10 +103,10 @@ class Robot:
         """The robots whose tokens matter to it now; None: all of them."""
         if self.phase not in (None, Phase.FORMED):
             return None
-        if self.member is None and self._driver.awake:
-            fence = self._driver.odometry.fence
-            return frozenset({fence.robot}) if fence.may is May.ALL else frozenset()  # left out: its leader's
-        return frozenset(link.neighbour for link in self.links)
+        if self.member is not None:
+            return self.member.strand.linked
+        is_left_out = self._driver.awake and self._driver.odometry.fence.may is May.ALL
+        return frozenset({self._driver.odometry.fence.robot} if is_left_out else ())  # its leader's
 
     def handle(self, event: Event, now_s: float) -> list[Command]:
         """Take in what happened; returns what is to be done, in order."""

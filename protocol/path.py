@@ -142,7 +142,8 @@ class Path:
         last = len(self) - 1
         if first <= last < first + len(vertices) and vertices[last - first].s_m > self.end_m:
             self._drop_last()
-        self._add(*vertices[len(self) - first :])
+        if first + len(vertices) > len(self):  # most messages tell only the last vertex, which is known
+            self._add(*vertices[len(self) - first :])
 
     def told_from(self, first: int, most: int) -> tuple[Vertex, ...]:
         """At most `most` vertices, from the one with index `first` on."""

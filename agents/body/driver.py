@@ -32,35 +32,36 @@ class Driver:
     def __init__(self, *, speed_mps: float, watched: bool = False) -> None:
         self._speed_mps = speed_mps
         self._watched = watched  # if so, an order to drive is given only once a scan permits it
-        self._progress_m = 0.0
+        self.progress_m = 0.0
+        """Driven arc length of the path; never decreases."""
+        self.standing = False
+        """Whether the newest order has ended, so that the body stands (rules 1 and 3)."""
+        self._is_finished = False
+        """Whether the body has finished this very order: a higher number is of a process that replaces it."""
+        self._is_dropped = False
         self._odometry: Odometry | None = None
         self._sent_to: tuple[Point, float] | None = None
         """The last target along the path; if the body is stopped on the way, it stands before that."""
-        self._ordered_s = 0.0
-        self._bearing = Bearing()
+        self.ordered_s = 0.0
+        """When the newest order was given; since then the body has been on the way to its target."""
+        self.bearing = Bearing()
+        """What further orders bear."""
         self._stands_from = 0  # rule 1: the number of the order that has to be finished first
-        self._drive = Drive(
+        self.drive = Drive(
             number=0,
             basis_s=0.0,
             target=None,
             speed_mps=speed_mps,
-            bearing=self._bearing,
+            bearing=self.bearing,
             step=0,
             reach_m=0.0,
         )
+        """The newest order, with the time at which it was last confirmed."""
 
     @property
     def awake(self) -> bool:
         """Whether odometry has arrived."""
         return self._odometry is not None
-
-    @property
-    def standing(self) -> bool:
-        """Whether the newest order has ended, so that the body stands (rules 1 and 3)."""
-        odometry = self._odometry
-        if odometry is None or odometry.finished < self._stands_from:
-            return False
-        return self._is_finished or self._is_dropped
 
     @property
     def odometry(self) -> Odometry:
@@ -69,48 +70,29 @@ class Driver:
         return self._odometry
 
     @property
-    def progress_m(self) -> float:
-        """Driven arc length of the path; never decreases."""
-        return self._progress_m
-
-    @property
-    def bearing(self) -> Bearing:
-        """What further orders bear."""
-        return self._bearing
-
-    @property
-    def ordered_s(self) -> float:
-        """When the newest order was given; since then the body has been on the way to its target."""
-        return self._ordered_s
-
-    @property
-    def drive(self) -> Drive:
-        """The newest order, with the time at which it was last confirmed."""
-        return self._drive
-
-    @property
     def tells(self) -> bool:
         """Whether the body is told the newest order: where obstacles move, to drive once it is permitted."""
-        return self._drive.target is None or self._drive.until_s != NOT_PERMITTED_S
+        return self.drive.target is None or self.drive.until_s != NOT_PERMITTED_S
 
     @property
     def may_drive(self) -> bool:
         """Rule 2."""
-        return self._odometry is not None and self._is_told(self._bearing) and in_force(self._odometry.fence)
+        return self._odometry is not None and self._is_told(self.bearing) and in_force(self._odometry.fence)
 
     def hear(self, odometry: Odometry) -> bool:
         """Take in odometry, which also confirms the current order; returns whether it is new (rule 4)."""
         if self._odometry is not None and _age(odometry) <= _age(self._odometry):
             return False
         self._odometry = odometry
-        self._drive = replace(self._drive, basis_s=odometry.t_s)
+        self.drive = replace(self.drive, basis_s=odometry.t_s)
+        self._compare()
         if self._sent_to is not None:
             target, reach_m = self._sent_to
             remaining_m = math.hypot(target.x_m - odometry.pose.x_m, target.y_m - odometry.pose.y_m)
-            there = self._is_finished and self._drive.target is not None
-            self._progress_m = max(self._progress_m, reach_m if there else reach_m - remaining_m)
-        if self._is_dropped and self._drive.target is not None:
-            self._renew(None, reach_m=self._progress_m, step=0)  # a dropped order would be refused
+            there = self._is_finished and self.drive.target is not None
+            self.progress_m = max(self.progress_m, reach_m if there else reach_m - remaining_m)
+        if self._is_dropped and self.drive.target is not None:
+            self._renew(None, reach_m=self.progress_m, step=0)  # a dropped order would be refused
         return True
 
     @property
@@ -121,20 +103,22 @@ class Driver:
     def start_again(self) -> None:
         """Begin as the successor of a process that has died (rule 1)."""
         number = max(self.odometry.ordered, int(self.odometry.t_s * NUMBERS_PER_S)) + LATE_ORDERS
-        self._drive = replace(self._drive, number=number)
+        self.drive = replace(self.drive, number=number)
         self._renew(None, reach_m=0.0, step=0)
-        self._stands_from = self._drive.number
+        self._stands_from = self.drive.number
         self._sent_to = None
+        self._compare()
 
     def begin(self, progress_m: float, bearing: Bearing) -> None:
         """Begin on a path, under a fence; earlier driving was not on it."""
-        if self._drive.target is not None:
+        if self.drive.target is not None:
             self._renew(None, reach_m=progress_m, step=0)
-        if self.odometry.ordered > self._drive.number:  # of another process, which orders nothing any more
-            self._drive = replace(self._drive, number=self.odometry.ordered + LATE_ORDERS)
+        if self.odometry.ordered > self.drive.number:  # of another process, which orders nothing any more
+            self.drive = replace(self.drive, number=self.odometry.ordered + LATE_ORDERS)
+            self._compare()
         self._sent_to = None
-        self._progress_m = progress_m
-        self._bearing = bearing
+        self.progress_m = progress_m
+        self.bearing = bearing
 
     def to(self, target: Point, *, reach_m: float, step: int = 0) -> None:
         """Drive straight to a point that lies `reach_m` along the path, without a stop if under way."""
@@ -144,55 +128,54 @@ class Driver:
 
     def permit(self, until_s: float) -> None:
         """The current order is valid until then."""
-        self._drive = replace(self._drive, until_s=until_s)
+        self.drive = replace(self.drive, until_s=until_s)
 
     def stand(self) -> None:
         """Stop the body where it is, if it is driving."""
-        if not self.standing and self._drive.target is not None:
-            self._renew(None, reach_m=self._progress_m, step=0)
+        if not self.standing and self.drive.target is not None:
+            self._renew(None, reach_m=self.progress_m, step=0)
 
     def end_at(self, progress_m: float) -> None:
         """The path ends where the body stands, which is as far as this."""
-        self._progress_m = progress_m
+        self.progress_m = progress_m
 
     def _is_told(self, bearing: Bearing) -> bool:
         """Whether the newest odometry tells the fence that an order bears."""
         fence = self.odometry.fence
         return fence.turn == bearing.turn and fence.epoch == bearing.epoch
 
-    @property
-    def _is_finished(self) -> bool:
-        """Whether the body has finished this very order: a higher number is of a process that replaces it."""
-        return self.odometry.finished == self._drive.number
-
-    @property
-    def _is_dropped(self) -> bool:
-        return not self._is_told(self._drive.bearing)
+    def _compare(self) -> None:
+        """There is new odometry, or another order: both are asked for several times in each event."""
+        odometry = self.odometry
+        self._is_finished = odometry.finished == self.drive.number
+        self._is_dropped = not self._is_told(self.drive.bearing)
+        self.standing = odometry.finished >= self._stands_from and (self._is_finished or self._is_dropped)
 
     @property
     def _at_target_s(self) -> float:
         """The earliest time at which the body may be at the current target, where the permission ends."""
-        pose, target = self.odometry.pose, self._drive.target
+        pose, target = self.odometry.pose, self.drive.target
         assert target is not None
         left_m = math.hypot(target.x_m - pose.x_m, target.y_m - pose.y_m)
         return self.odometry.t_s + left_m / self._speed_mps
 
     def _renew(self, target: Point | None, *, reach_m: float, step: int) -> None:
         until_s = NOT_PERMITTED_S if self._watched else None
-        if self._watched and not self.standing and self._drive.target is not None and target is not None:
-            until_s = min(self._drive.until_s or NOT_PERMITTED_S, self._at_target_s)
+        if self._watched and not self.standing and self.drive.target is not None and target is not None:
+            until_s = min(self.drive.until_s or NOT_PERMITTED_S, self._at_target_s)
         else:
-            self._ordered_s = self.odometry.t_s
-        self._drive = Drive(
-            number=self._drive.number + 1,
+            self.ordered_s = self.odometry.t_s
+        self.drive = Drive(
+            number=self.drive.number + 1,
             basis_s=self.odometry.t_s,
             target=target,
             speed_mps=self._speed_mps,
-            bearing=self._bearing,
+            bearing=self.bearing,
             step=step,
             reach_m=reach_m,
             until_s=until_s,
         )
+        self._compare()
 
 
 def _age(odometry: Odometry) -> tuple[tuple[int, int, int], int]:

@@ -57,6 +57,8 @@ class Strand:
             link for link in (self.ahead, self.behind) if link is not None
         )
         """The links that there are."""
+        self.linked = frozenset(link.neighbour for link in self.links)
+        """The robots at their other ends."""
         ahead_m = formation.s_m if formation.ahead is None else formation.ahead.s_m
         self._ahead_start_m = ahead_m
         self.own_leg_m = formation.s_m if formation.leg_is_driven else ahead_m

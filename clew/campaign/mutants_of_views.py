@@ -54,7 +54,7 @@ OF_VIEWS = (
         (
             Edit(
                 "agents/body/driver.py",
-                "return self._odometry is not None and self._is_told(self._bearing) and",
+                "return self._odometry is not None and self._is_told(self.bearing) and",
                 "return self._odometry is not None and",
             ),
             Edit(
