@@ -150,7 +150,7 @@ def test_p3_fleets_whose_bodies_drive_on_after_their_permission_touch(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def permit(self: Driver, until_s: float) -> None:
-        self._drive = replace(self._drive, until_s=until_s + 2.0)
+        self.drive = replace(self.drive, until_s=until_s + 2.0)
 
     monkeypatch.setattr(Driver, "permit", permit)
     assert contacts(rehearsed(shared(), tmp_path, until_s=MEET_S))
