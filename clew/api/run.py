@@ -107,7 +107,7 @@ class Run:
         source: Who = (),
         rule: str | tuple[str, ...] = (),
         key: str | tuple[str, ...] = (),
-        t: tuple[float, float] | None = None,
+        t: tuple[float | None, float | None] | None = None,
     ) -> list[Entry]:
         """Entries in the recorder's order, chosen as `clew log cat` does.
 
@@ -118,7 +118,7 @@ class Run:
             source: `"world"`, `3` or `"r3"`, or several.
             rule: only injections of this fault rule, as `"kill-*"`.
             key: only entries about messages on this key, as `"link/r2/*"`.
-            t: from when to when [simulated s], both included.
+            t: from when to when [simulated s], both included; None: from the start, or to the end.
 
         Raises:
             UsageError: no entry of such a run can be chosen: it has no such kind, source, robot, rule or key,

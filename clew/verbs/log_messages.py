@@ -99,8 +99,8 @@ def messages(
     from clew.log.timeline import Choice
 
     log = Log(run)
-    for each in {robot, *map(robot_number, link or ())}:
-        _refuse_unknown(Choice(robot=each, from_s=from_s, to_s=to_s), log.header)
+    for named in {robot, *map(robot_number, link or ())}:
+        _refuse_unknown(Choice(robot=named, from_s=from_s, to_s=to_s), log.header)
     lines = list(log.lines)
     processes = processes_of(log.path.parent)
     name = None if robot is None else robot_name(robot)

@@ -158,7 +158,7 @@ def test_entries_are_asked_for_by_numbers(run: Run) -> None:
     for times in (("2", "x"), (float("nan"), 9.0)):
         with pytest.raises(UsageError, match=r"^t: must be a time \[simulated s\], got (nan|'x')"):
             run.entries(t=times)  # type: ignore[arg-type] # as in a notebook
-    assert len(run.entries(t=(0.0, float("inf")))) == len(run.entries())
+    assert len(run.entries(t=(0.0, float("inf")))) == len(run.entries(t=(None, None))) == len(run.entries())
 
 
 def test_it_judges_replays_and_reports(run: Run, tmp_path: Path) -> None:
