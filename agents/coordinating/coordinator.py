@@ -71,12 +71,9 @@ class Coordinator:
 
     def hear(self, robot: int, report: Report, now_s: float) -> None:
         """Take in a report; it is answered at the next `act`, whatever it says."""
-        known = self._reports.get(robot)
         if not self._reported.hear(robot, report, now_s, closed=self.phase is Phase.FORMED):
             return
-        if known is not None and known.life != report.life:
-            self._drop(robot)
-        self._has_news = self._has_news or known is None
+        self._has_news = self._has_news or robot not in self._reports
         self._reported.count(robot, report)
         self._questions.hear(robot, report.look)
 
@@ -193,8 +190,8 @@ class Coordinator:
 
     def _has_ended(self, fence: Fence, now_s: float) -> bool:
         """Whether the turn is over: the robot has said so, is lost, or has been idle for too long."""
-        report = self._reports.get(fence.robot)
-        if report is None or report.life != fence.life:
+        report = self._reports[fence.robot]
+        if report.life != fence.life:
             return True
         if report.ended >= fence.turn:
             self._drafting.end_turn(fence.robot, placed=report.placed)
@@ -229,7 +226,7 @@ class Coordinator:
         for robot in self._reported.overdue(self._robot, self._turns, now_s, after_s=timing.coordinator_s):
             self._drop(robot)
         is_late = now_s - self._began_s > timing.reports_s
-        return self._reported.expects(self._robot, self._turns, now_s, is_late=is_late)
+        return self._reported.expects(self._turns, now_s, is_late=is_late)
 
     def _make(self, plan: Plan, fence: Fence, now_s: float) -> list[Command]:
         self._enter(Phase.FORMED)
@@ -242,8 +239,7 @@ class Coordinator:
     def _drop(self, robot: int) -> None:
         """Rule 3."""
         self._reported.drop(robot)
-        self._questions.forget({robot})
         if self._draft is not None:
             self._draft.drop(robot)
-            if self.phase is not Phase.GATHERING:
-                self._enter(Phase.GATHERING)
+        if self.phase is not Phase.GATHERING:
+            self._enter(Phase.GATHERING)

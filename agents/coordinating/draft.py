@@ -201,7 +201,7 @@ class Draft:
         places = places_of(reports)
         self._stuck_at_s = now_s if self._stuck_at_s is None else self._stuck_at_s
         is_new = now_s - self._stuck_at_s < self.timing.comes_back_s
-        if is_new and others_may_come_back and len(reports) < self.mission.robots:
+        if is_new and others_may_come_back:
             return Wait()
         goal, leader = self.mission.goal, self.strand[0]
         if goal is None or other_order(places, self.led, goal)[0] == leader:
@@ -216,5 +216,3 @@ class Draft:
     def drop(self, robot: int) -> None:
         """A robot is no longer in place, if it was."""
         self.strand = [each for each in self.strand if each != robot]
-        self.driven.discard(robot)
-        self.legs.pop(robot, None)

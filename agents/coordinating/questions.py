@@ -41,7 +41,7 @@ class Questions:
 
     def ask_about_obstacles(self, reports: Mapping[int, Report], now_s: float) -> list[int]:
         """Ask all robots how far off the nearest obstacle is; returns the robots that have a new question."""
-        return self._ask(((robot, None) for robot in reports), reports, now_s, keeps=False)
+        return self._ask(dict.fromkeys(reports), reports, now_s, keeps=False)
 
     def ask_about_legs(
         self, order: Sequence[int], reports: Mapping[int, Report], now_s: float, *, keeps: bool
@@ -54,8 +54,7 @@ class Questions:
             now_s: the time.
             keeps: whether robots may tell legs of former strands.
         """
-        self.forget(self._asked.keys() - set(order[1:]))
-        return self._ask(zip(order[1:], order, strict=False), reports, now_s, keeps=keeps)
+        return self._ask(dict(zip(order[1:], order, strict=False)), reports, now_s, keeps=keeps)
 
     def hear(self, robot: int, look: Look | None) -> None:
         """Take in an answer."""
@@ -84,7 +83,7 @@ class Questions:
         told = {robot: self.sees(robot).obstacle_m for robot in robots}
         return {robot: self.mission.range_m_max if m is None else m for robot, m in told.items()}
 
-    def forget(self, robots: Collection[int]) -> None:
+    def _forget(self, robots: Collection[int]) -> None:
         """Drop the questions to these robots, and their answers."""
         for robot in list(robots):
             self._asked.pop(robot, None)
@@ -92,7 +91,7 @@ class Questions:
 
     def _ask(
         self,
-        pairs: Iterable[tuple[int, int | None]],
+        legs: Mapping[int, int | None],
         reports: Mapping[int, Report],
         now_s: float,
         *,
@@ -101,7 +100,8 @@ class Questions:
         robots = list(reports)
         where = positions({robot: report.place for robot, report in reports.items()}, robots)
         new: list[int] = []
-        for robot, ahead in pairs:
+        self._forget(self._asked.keys() - legs.keys())
+        for robot, ahead in legs.items():
             theirs, at = None if ahead is None else reports[ahead], reports[robot].place
             place = None if theirs is None else theirs.place
             asked = self._asked.get(robot)
@@ -115,7 +115,7 @@ class Questions:
                 others=self._beside(at, where),
             )
             owes = asked is not None and robot not in self.looks
-            self.forget({robot})
+            self._forget({robot})
             self._asked[robot] = _Asked(question, at, asked.since_s if asked and owes else now_s)
             new.append(robot)
         return new

@@ -80,14 +80,14 @@ class Reported:
         self.ask(old)
         return bool(old)
 
-    def expects(self, own: int, turns: Turns, now_s: float, *, is_late: bool) -> bool:
+    def expects(self, turns: Turns, now_s: float, *, is_late: bool) -> bool:
         """Whether robots are still waited for: their reports, or newer ones than their own last turns."""
         if self.waits_for_places(self.counted, turns):
             return True
         if is_late and self.suspicion.judges(now_s):
             return False
         presence = self.suspicion.presence
-        expected = (presence.there(now_s) | {own}) - self.suspicion.suppressed(now_s)
+        expected = presence.there(now_s) - self.suspicion.suppressed(now_s)
         return not presence.sees_all or not expected <= self.counted.keys()
 
     def others_have_gone(self, robots: int, by_s: float) -> bool:

@@ -5,6 +5,7 @@ import math
 import pytest
 from msgspec.structs import replace
 
+from agents.coordinating.phases import Phase
 from agents.membership.states import State
 from clew.explore.setting import SCATTERED, SETTINGS, Setting
 from protocol.fence import Cause, Epoch, May, Raise
@@ -50,6 +51,20 @@ def test_v2_a_new_life_takes_no_part_in_the_formation_of_its_former_life() -> No
     assert stage.processes[1].robot.state is not State.MEMBER
     stage.heal()
     stage.run(lambda: stage.fence.epoch != epoch and stage.fence.may is May.ALL)
+
+
+def test_v2_a_view_goes_on_with_the_new_life_of_a_robot_that_has_reported() -> None:
+    """It stands where its former life stood: nobody has had a turn."""
+    stage = ViewStage.begun()
+    stage.raised_by(3)
+    stage.run(lambda: stage.processes[3].robot.phase is Phase.LOOKING)
+    epoch = stage.fence.epoch
+    stage.replace(2)
+    stage.run(lambda: stage.fence.may is May.ALL)
+    assert stage.fence.epoch == epoch
+    assert stage.formed is not None
+    assert dict(zip(stage.formed.order, stage.formed.lives, strict=True))[2] == f"{stage.lives[2]:x}"
+    stage.run(lambda: stage.moving() == {1, 2, 3})
 
 
 def test_v2_nothing_is_taken_from_a_link_state_of_another_life() -> None:

@@ -114,8 +114,11 @@ def test_without_a_goal_all_are_asked_how_far_off_the_nearest_obstacle_is() -> N
 
 def test_a_robot_that_is_dropped_is_not_waited_for() -> None:
     questions = asked()
-    questions.forget({2, 3})
-    assert questions.are_answered(0.0)
+    questions.ask_about_legs((1,), {1: QUEUE[1]}, 1.0, keeps=True)
+    assert questions.are_answered(1.0)
+    questions.ask_about_obstacles(QUEUE, 2.0)
+    assert questions.ask_about_obstacles({}, 3.0) == []
+    assert questions.are_answered(3.0)
 
 
 def test_no_more_robots_are_named_than_a_question_holds() -> None:
