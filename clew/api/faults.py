@@ -124,6 +124,18 @@ def names(who: Who) -> tuple[str, ...]:
     return tuple(robot_name(each) if isinstance(each, int) else each for each in one_by_one)
 
 
+def ends_of(one: int | str, other: int | str) -> tuple[str, str]:
+    """The names of the two ends of a link.
+
+    Raises:
+        UsageError: they are one: no message goes from a robot to itself.
+    """
+    first, second = names((one, other))
+    if first == second:
+        raise UsageError(f"link: must be between two robots, got {first} twice")
+    return first, second
+
+
 def robot_of(who: int | str, robots: int) -> int:
     """The number of a robot, `3` or `"r3"`, in a fleet of so many.
 

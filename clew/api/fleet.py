@@ -284,15 +284,8 @@ class Fleet(ABC):
             given.end()
 
     def link(self, one: int | str, other: int | str, *, one_way: bool = False) -> "Link":
-        """The link between two robots; `one_way`: only from the first to the second.
-
-        Raises:
-            UsageError: they are one: no message goes from a robot to itself.
-        """
-        ends = faults.names((one, other))
-        if ends[0] == ends[1]:
-            raise UsageError(f"link: must be between two robots, got {ends[0]} twice")
-        return Link(self, ends[0], ends[1], one_way)
+        """The link between two robots; `one_way`: only from the first to the second."""
+        return Link(self, *faults.ends_of(one, other), one_way)
 
     def robot(self, robot: int | str) -> "Target":
         """The process of a robot, `3` or `"r3"`."""
