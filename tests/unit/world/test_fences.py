@@ -13,6 +13,7 @@ from tests.support.stages.world_stage import Stage, life_of
 from world.bodies.arena import ODOMETRY_TICKS, TICK_S
 from world.commands import Note, TellOdometry
 from world.events import FencePut, ScanAsked, StopAsked, TokenCame
+from world.quota import RAISES_MAX
 
 SECOND = round(1.0 / TICK_S)
 FAR = Point(x_m=1.0, y_m=0.0)
@@ -140,3 +141,12 @@ def test_a_world_that_was_started_again_in_a_rehearsal_raises_the_fence_and_tell
     assert stage.fence.epoch.generation == 2
     assert [type(each) for each in told] == [Note, Note, TellOdometry, TellOdometry]
     assert not stage.world.bodies.moving.any()
+
+
+def test_a_robot_that_has_no_raise_left_has_none_in_a_resumed_world() -> None:
+    before = running()
+    raises = [before.put(2, a_raise(before, 2)) != [] for _ in range(RAISES_MAX + 1)]
+    assert raises == [True] * RAISES_MAX + [False]
+    after = before.resumed()
+    assert after.put(2, a_raise(after, 2)) == []
+    assert after.put(1, a_raise(after, 1)) != []

@@ -41,7 +41,6 @@ from world.bodies.arena import TICK_S
 from world.events import ScanAsked, StopAsked, TokenCame
 from world.judge.ending import Ending
 from world.judge.judgement import judge
-from world.quota import RAISES_MAX
 from world.record import resume
 from world.record.recorder import EVENTS_FILE, Recorder, Written, open_events
 from world.record.resume import QUIET_S, continue_events, read_past
@@ -153,19 +152,6 @@ def test_a_fleet_that_was_stopped_stays_stopped() -> None:
     stage = before.resumed().resumed()
     assert (stage.fence.may, stage.fence.epoch.generation) == (May.STOPPED, 4)
     assert stage.put(0, Release(generation=4)) != []
-
-
-def test_a_robot_that_has_no_raise_left_has_none_in_a_resumed_world() -> None:
-    def raises(stage: Stage, robot: int) -> bool:
-        epoch = stage.fence.epoch.next(robot, life_of(robot))
-        return stage.put(robot, Raise(epoch=epoch, cause=Cause.NEIGHBOUR_LOST)) != []
-
-    before = Stage(scenario())
-    before.begin()
-    assert [raises(before, 2) for _ in range(RAISES_MAX + 1)] == [True] * RAISES_MAX + [False]
-    stage = before.resumed()
-    assert not raises(stage, 2)
-    assert raises(stage, 1)
 
 
 def test_a_finished_order_is_not_driven_again() -> None:
