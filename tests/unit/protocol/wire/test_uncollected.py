@@ -19,4 +19,4 @@ ALL = {*EVERY_TICK, *(kind for union in UNIONS for kind in get_args(union))}
 
 @pytest.mark.parametrize("kind", sorted(ALL, key=str), ids=lambda kind: f"{kind.__module__}.{kind.__name__}")
 def test_the_collector_does_not_search(kind: type) -> None:
-    assert kind.__struct_config__.gc is False  # type: ignore[attr-defined]
+    assert kind.__struct_config__.gc is False  # type: ignore[attr-defined]  # of a Struct
