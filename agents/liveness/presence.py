@@ -69,7 +69,7 @@ class Presence:
     @property
     def connected(self) -> bool:
         """Rule 2."""
-        return bool(self._tokens.get(WORLD_NUMBER))
+        return self.shows(WORLD_NUMBER)
 
     def there(self, now_s: float) -> Set[int]:
         """The robots that show a token, or have just shown one: it may come back (rule 1)."""
