@@ -4,10 +4,11 @@ Rule 1: it puts the next turn only when its own odometry has told this one, and 
         (F4).
 Rule 2: a formation is made once, from places that each were read from an odometry of a later turn than the
         last one that was put for that robot. After that it puts nothing but ALL.
-Rule 3: a robot that is lost before that is dropped, and the draft begins again with the robots in place. It
-        also begins again when another robot has reported. A draft begins only when no robot has a turn any
-        more, and all places are newer than all turns. Otherwise a robot's view of its leg may show where
-        another robot stood before its turn.
+Rule 3: a robot that is lost before that, or reports in another life, is dropped, and the draft begins again
+        with the robots in place. It also begins again when another robot has reported. A draft begins only
+        when no robot has a turn any more, and all places are newer than all turns. Otherwise a robot's view
+        of its leg may show where another robot stood before its turn. Of two lives that have told the same
+        turn nobody knows which is the older one, so the newest report may be late, and tell such a place.
 Rule 4: what no message can tell has no place in the formation: robots without a place are told so.
 Rule 5: it goes by phases (`agents.coordinating.phases`).
 """
@@ -71,9 +72,12 @@ class Coordinator:
 
     def hear(self, robot: int, report: Report, now_s: float) -> None:
         """Take in a report; it is answered at the next `act`, whatever it says."""
+        known = self._reports.get(robot)
         if not self._reported.hear(robot, report, now_s, closed=self.phase is Phase.FORMED):
             return
-        self._has_news = self._has_news or robot not in self._reports
+        if known is not None and known.life != report.life:
+            self._drop(robot)
+        self._has_news = self._has_news or known is None
         self._reported.count(robot, report)
         self._questions.hear(robot, report.look)
 
@@ -189,10 +193,8 @@ class Coordinator:
         return self._turns.put(fence, now_s, may=May.NOBODY) if fence.may is May.ONE else []
 
     def _has_ended(self, fence: Fence, now_s: float) -> bool:
-        """Whether the turn is over: the robot has said so, is lost, or has been idle for too long."""
+        """Whether the turn is over: the robot has said so, or has been idle for too long."""
         report = self._reports[fence.robot]
-        if report.life != fence.life:
-            return True
         if report.ended >= fence.turn:
             self._drafting.end_turn(fence.robot, placed=report.placed)
             return True

@@ -138,7 +138,6 @@ OF_VIEWS = (
             Edit(
                 "agents/coordinating/coordinator.py",
                 "        self._reported.count(robot, report)\n",
-                "        known = self._reports.get(robot)\n"
                 "        kept = {} if known is None else {'place': known.place}\n"
                 "        report = __import__('msgspec').structs.replace(report, **kept)\n"
                 "        self._reported.count(robot, report)\n",
