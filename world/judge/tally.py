@@ -78,8 +78,8 @@ class Tally:
     _voices: Voices = field(default_factory=Voices)
     _bound: dict[int, float] = field(default_factory=dict)
     """When robots that had arrived were bound in another view, or were in another strand."""
-    _left_s: dict[int, float] = field(default_factory=dict)
-    """When robots last had a turn, or were in another strand: by then they may have left their places."""
+    _left_s: defaultdict[int, list[float]] = field(default_factory=lambda: defaultdict(list))
+    """When robots had a turn, or were in another strand: from then on they may have left their places."""
     _formed: int = 0
     """The epoch of the newest formation."""
     _left_out: frozenset[int] = frozenset()
@@ -134,7 +134,7 @@ class Tally:
 
     def _has_left(self, robot: int, bound_s: float) -> bool:
         """Whether a robot that was bound then may have left its place before the run was over."""
-        return bound_s <= self._left_s.get(robot, -math.inf) < self.over_s
+        return any(bound_s <= left_s < self.over_s for left_s in self._left_s[robot])
 
     def _hear_world(self, entry: Entry) -> None:
         match entry.record:
@@ -149,7 +149,7 @@ class Tally:
             case RobotReturned():
                 self._disturb(entry.t_s)
             case FenceChanged(may=May.ONE, named=robot):
-                self._left_s[robot] = entry.t_s
+                self._left_s[robot].append(entry.t_s)
             case ScanServed(revolutions=revolutions):
                 self.planning_events += 1
                 self.scans += revolutions
@@ -189,10 +189,12 @@ class Tally:
     def _bind(self, robot: int, t_s: float, *, stands: bool) -> None:
         """A robot is in another view, in which it stands until it has a turn; or in another strand."""
         if not stands:
-            self._left_s[robot] = t_s
+            self._left_s[robot].append(t_s)
         if t_s < self.over_s and robot in self.arrived:
             self.arrived.discard(robot)
             self._bound[robot] = t_s
+        if math.isfinite(self.over_s):
+            self.end(self.over_s)  # what was before the end may be heard after it
 
     def _settle(self, robot: int, settled: RobotSettled, t_s: float) -> None:
         """A robot knows that the run is over."""

@@ -216,10 +216,11 @@ def turn(robot: int) -> FenceChanged:
         ([("world", 9.7, turn(1)), BOUND], {2}),
         ([("world", 9.4, turn(1)), BOUND], {1, 2}),
         ([BOUND, ("world", 9.9, turn(1))], {1, 2}),
+        ([BOUND, ("world", 9.7, turn(1)), ("world", 9.9, turn(1))], {2}),
         ([BOUND, ("r1", 9.7, StrandJoined(epoch=20_002, rank=1))], {2}),
         ([BOUND, ("r1", 9.7, StrandJoined(epoch=20_002, rank=1)), BOUND], {2}),
     ],
-    ids=["bound", "another", "turn", "heard before", "before", "too late", "strand", "bound again"],
+    ids=["bound", "another", "turn", "heard before", "before", "too late", "twice", "strand", "bound again"],
 )
 def test_a_robot_that_is_bound_in_a_view_stands_where_it_has_arrived_until_it_has_a_turn(
     then: list[tuple[str, float, Record]], arrived: set[int]
@@ -228,6 +229,16 @@ def test_a_robot_that_is_bound_in_a_view_stands_where_it_has_arrived_until_it_ha
     assert 1 not in tally.arrived, "it has no place in that view yet"
     tally.end(9.8)
     assert tally.arrived == arrived
+
+
+def test_a_robot_that_was_bound_before_the_end_has_arrived_also_if_that_is_heard_after_the_end() -> None:
+    """Whoever judges the log again hears it before the first robot that has settled."""
+    tally = tally_of(ALL_WELL)
+    tally.end(9.8)
+    tally.hear("r1", Entry(n=100, t_s=9.6, hlc="", record=ViewJoined(epoch=20_002)))
+    assert tally.arrived == {1, 2}
+    tally.hear("r1", Entry(n=101, t_s=9.7, hlc="", record=StrandJoined(epoch=20_002, rank=1)))
+    assert tally.arrived == {2}
 
 
 def test_every_scan_is_one_planning_event_with_any_number_of_revolutions() -> None:
