@@ -150,7 +150,8 @@ class World:
         self.attendance.recall(past.come, past.dead, gone, past.incarnations, wall_s=wall_s)
         if past.ended is not None:  # only the verdict is missing
             self.ending = next(ending for ending in Ending if past.ended.startswith(ending))
-            self.over_s = min(past.newest_s, self.tally.over_s)
+            self.tally.end(past.newest_s)  # perhaps no robot has told that it has learned of the end
+            self.over_s = self.tally.over_s
             self.survivors = frozenset(self.attendance.living)
             self.phase = Phase.CLOSING
             return []

@@ -222,6 +222,7 @@ def test_a_robot_that_ended_as_told_when_the_run_was_over_has_not_died() -> None
     assert after.world.attendance.dead == set()
 
 
+BOUND_AGAIN = 1, ViewJoined(epoch=2 * NUMBERS)
 BOUND, SETTLED = (2, ViewJoined(epoch=2 * NUMBERS)), (1, RobotSettled(sent={}))
 
 
@@ -249,6 +250,19 @@ def test_a_run_that_was_over_when_its_world_was_killed_loses_no_arrival(
     after.look()
     assert after.at()[2] is Ending.ARRIVED
     assert after.world.tally.arrived == {1, 2}
+
+
+def test_a_run_in_which_no_robot_learned_of_the_end_loses_no_arrival_when_it_is_judged_again() -> None:
+    before = led(ticks=SECOND)
+    before.write(1, RobotArrived(progress_m=0.0))
+    before.write(*BOUND_AGAIN)
+    assert before.world.tally.arrived == set()
+    before.handle(StopAsked(ExitCode.FAILED))
+    assert before.world.tally.arrived == {1}
+    before._write("world", before.world.now_s, RunEnded(reason=str(before.at()[2])))
+    after = before.resumed()
+    after.look()
+    assert after.world.tally.arrived == {1}
 
 
 def test_a_world_that_died_before_its_verdict_only_passes_the_verdict() -> None:
