@@ -144,9 +144,8 @@ class World:
 
     def resume(self, *, wall_s: float) -> list[Command]:
         """Resume from the timeline of a world that was killed."""
-        past = self._past
+        past, gone = self._past, self.tally.counted.keys()
         assert past is not None, "a run without a past starts"
-        gone = self.tally.counted.keys()
         self.attendance.recall(past.come, past.dead, gone, past.incarnations, wall_s=wall_s)
         if past.ended is not None:  # only the verdict is missing
             self.ending = next(ending for ending in Ending if past.ended.startswith(ending))
