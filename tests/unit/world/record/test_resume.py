@@ -14,20 +14,16 @@ from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.fence import NUMBERS, Cause, Fence, May, Raise, Release, Stop, Turn
 from protocol.frames import Point
-from protocol.keys import robot_name
 from protocol.timeline import (
     Entry,
     FenceChanged,
     OrderFinished,
     PoseSampled,
     PromiseBroken,
-    Record,
     RobotArrived,
-    RobotSettled,
     RobotStarted,
     RunEnded,
     TrafficCounted,
-    ViewJoined,
     WorldResumed,
 )
 from protocol.wire.messages import Odometry, Phase
@@ -220,49 +216,6 @@ def test_a_robot_that_ended_as_told_when_the_run_was_over_has_not_died() -> None
     after.look(after_wall_s=SILENCE_S)
     assert after.at()[2] is Ending.ARRIVED
     assert after.world.attendance.dead == set()
-
-
-BOUND_AGAIN = 1, ViewJoined(epoch=2 * NUMBERS)
-BOUND, SETTLED = (2, ViewJoined(epoch=2 * NUMBERS)), (1, RobotSettled(sent={}))
-
-
-@pytest.mark.parametrize("entries", [(BOUND, SETTLED), (SETTLED, BOUND)])
-@pytest.mark.parametrize(("before", "is_ended"), [(0, False), (1, False), (2, False), (2, True)])
-def test_a_run_that_was_over_when_its_world_was_killed_loses_no_arrival(
-    entries: tuple[tuple[int, Record], ...], before: int, *, is_ended: bool
-) -> None:
-    """A robot was bound in the tick in which the run ended; some entries come after the restart."""
-    stage = led(ticks=SECOND)
-    for robot in (1, 2):
-        stage.write(robot, RobotArrived(progress_m=0.0))
-    stage.look()
-    assert stage.at()[2] is Ending.ARRIVED
-    over_s = stage.world.now_s
-    for robot, record in entries[:before]:
-        stage._write(robot_name(robot), over_s, record)
-    if is_ended:
-        stage._write("world", over_s + 1.0, RunEnded(reason=str(Ending.ARRIVED)))
-    after = stage.resumed()
-    for robot, record in entries[before:]:
-        after._write(robot_name(robot), over_s, record)
-    for robot in (1, 2):
-        after.handle(TokenCame(robot, "a"))
-    after.look()
-    assert after.at()[2] is Ending.ARRIVED
-    assert after.world.tally.arrived == {1, 2}
-
-
-def test_a_run_in_which_no_robot_learned_of_the_end_loses_no_arrival_when_it_is_judged_again() -> None:
-    before = led(ticks=SECOND)
-    before.write(1, RobotArrived(progress_m=0.0))
-    before.write(*BOUND_AGAIN)
-    assert before.world.tally.arrived == set()
-    before.handle(StopAsked(ExitCode.FAILED))
-    assert before.world.tally.arrived == {1}
-    before._write("world", before.world.now_s, RunEnded(reason=str(before.at()[2])))
-    after = before.resumed()
-    after.look()
-    assert after.world.tally.arrived == {1}
 
 
 def test_a_world_that_died_before_its_verdict_only_passes_the_verdict() -> None:
