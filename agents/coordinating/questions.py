@@ -114,9 +114,9 @@ class Questions:
                 formers=theirs.formers if theirs is not None and keeps else (),
                 others=self._beside(at, where),
             )
-            owes = asked is not None and robot not in self.looks
+            since_s = now_s if asked is None or robot in self.looks else asked.since_s  # rule 2
             self._forget({robot})
-            self._asked[robot] = _Asked(question, at, asked.since_s if asked and owes else now_s)
+            self._asked[robot] = _Asked(question, at, since_s)
             new.append(robot)
         return new
 

@@ -15,7 +15,7 @@ Turned = tuple[tuple[int, ...], Path, dict[int, float]]
 """Order, path, and each robot's arc length along it."""
 
 
-def former_place(report: Report, ended: Epoch | None) -> Former | None:
+def _former_place(report: Report, ended: Epoch | None) -> Former | None:
     """The place in the strand of this epoch that a robot has not left; None: it has none."""
     return next((each for each in report.formers if each.epoch == ended and not each.draft), None)
 
@@ -34,7 +34,7 @@ def turned_round(
     """
     at: list[tuple[int, int, float]] = []
     for robot, report in reports.items():
-        if (former := former_place(report, ended)) is None:
+        if (former := _former_place(report, ended)) is None:
             continue
         at.append((former.rank, robot, former.s_m))
     at.sort()

@@ -127,9 +127,7 @@ class Run:
         said: object = t  # a notebook has no type checker
         if said is not None and not (isinstance(said, Sequence) and len(said) == 2):
             raise UsageError(f"t: must be two times, as (2, 9), got {t!r}")
-        from_s, to_s = (
-            (None, None) if t is None else (None if each is None else _time("t", each) for each in t)
-        )
+        from_s, to_s = (None if each is None else _time("t", each) for each in t or (None, None))
         choice = Choice(
             kind=_all(kind),
             source=names(source),

@@ -134,7 +134,7 @@ class Tally:
 
     def _has_left(self, robot: int, bound_s: float) -> bool:
         """Whether a robot that was bound then may have left its place before the run was over."""
-        return any(bound_s <= left_s < self.over_s for left_s in self._left_s[robot])
+        return any(bound_s <= left_s < self.over_s for left_s in self._left_s.get(robot, ()))
 
     def _hear_world(self, entry: Entry) -> None:
         match entry.record:
