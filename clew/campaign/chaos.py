@@ -4,32 +4,39 @@ Rule 1: a trouble is what no fault excuses: a violation, live or in the log; mes
         balance; an incomplete log; a launcher that refuses or does not end; an end without a verdict;
         processes, sockets or files left behind.
 Rule 2: not arriving is no trouble, since faults may leave no way. It is reported with its replay line.
+Rule 3: where the seed's faults end, the fleet must heal and arrive as in a rehearsal
+        (`clew.campaign.liveness`). What it failed to do is reported, but is no trouble either: a busy machine
+        may have been the cause.
 """
 
+import math
 import shlex
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import msgspec
+import numpy as np
 from msgspec import Struct
 
 from clew.campaign.episode import drawn_plan_path
-from clew.campaign.liveness import arrived_together, just_killed
+from clew.campaign.liveness import AtEnd, arrived_together, just_killed, liveness_failure
 from clew.fleet.live import Ended
 from clew.log.check import Finding, check
 from clew.log.completeness import LAST_MISSING
 from clew.log.timeline import Timeline, read
-from clew.swarm.swarm import Swarm
+from clew.swarm.swarm import Mode, Swarm
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
-from protocol.timeline import FaultInjected, RobotDied, RobotRestarted, RobotReturned
+from protocol.timeline import FaultInjected, PoseSampled, RobotDied, RobotRestarted, RobotReturned, RunEnded
 from protocol.timeline.invariants import counted
 from world.judge.books import Messages
-from world.judge.ending import Ending
+from world.judge.ending import ASKED, Ending
 from world.judge.truth.voices import concerned
 from world.judge.verdict import Verdict
+from world.record.lines import Line
 from world.record.run_files import read_verdict
+from world.scenario.scenario import Scenario
 
 
 class ChaosRun(Struct, frozen=True, kw_only=True):
@@ -48,6 +55,8 @@ class ChaosRun(Struct, frozen=True, kw_only=True):
     arrived: bool
     """Whether all robots arrived that were alive at the end and have no permanent fault."""
     robots_arrived: int
+    not_recovered: str | None
+    """What the fleet failed to do after its faults, though it had a way (rule 3); null: nothing."""
     process_faults: dict[str, int]
     """Process faults by kind."""
     violations: int
@@ -79,6 +88,9 @@ class Chaos(Struct, frozen=True, kw_only=True):
     unbalanced: int
     leftovers: int
     not_arrived: int
+    liveness_runs: int
+    """The runs whose faults end, except for permanent ones: these must recover."""
+    not_recovered: int
     messages_sent: int
     messages_unaccounted: int
     process_faults: dict[str, int]
@@ -95,6 +107,10 @@ def replay_line(path: Path, seed: int, speed: str) -> str:
 def judge_run(swarm: Swarm, folder: Path, ended: Ended, *, replay: str, load: float) -> ChaosRun:
     """The result of the fleet whose run is in this folder."""
     verdict, timeline, finding = _read(folder)
+    entries, fleet = [], None
+    if timeline is not None and finding is not None:
+        entries = sorted(concerned(timeline.lines), key=lambda line: line[1].t_s)
+        fleet = fleet_in(timeline, swarm.scenario, untrue=finding.untrue)
     said = ended.said[-1] if ended.said else "the launcher printed nothing"
     return ChaosRun(
         seed=swarm.seed,
@@ -105,8 +121,9 @@ def judge_run(swarm: Swarm, folder: Path, ended: Ended, *, replay: str, load: fl
         code=ended.code,
         ending=None if timeline is None else timeline.ended,
         reason=said if verdict is None else verdict.reason,
-        arrived=timeline is not None and finding is not None and has_arrived(timeline, finding, swarm),
+        arrived=fleet is not None and has_arrived(fleet, entries, outside=swarm.outside),
         robots_arrived=0 if verdict is None else verdict.robots_arrived,
+        not_recovered=None if fleet is None else not_recovered(fleet, entries, swarm),
         process_faults={} if timeline is None else process_faults_in(timeline),
         violations=0 if verdict is None else verdict.violations,
         violations_by_invariant={} if verdict is None else verdict.violations_by_invariant,
@@ -155,22 +172,48 @@ def is_balanced(messages: Messages) -> bool:
     return messages.unaccounted >= 0 and messages.sent == accounted + messages.unaccounted
 
 
-def has_arrived(timeline: Timeline, finding: Finding, swarm: Swarm) -> bool:
-    """Whether the robots that should arrive were all at the goal at the same time, by true poses."""
-    living = set(range(1, swarm.scenario.fleet.robots + 1))
+def fleet_in(timeline: Timeline, scenario: Scenario, *, untrue: frozenset[int]) -> AtEnd | None:
+    """The fleet at the end of a log; None where the run did not begin, or not end by itself."""
+    living = set(range(1, scenario.fleet.robots + 1))
+    places_m: dict[int, tuple[float, float]] = {}
+    over_s = math.nan
     for _, entry in timeline.lines:
         match entry.record:
             case RobotDied(robot=robot):
                 living.discard(robot)
             case RobotReturned(robot=robot) | RobotRestarted(robot=robot):
                 living.add(robot)
+            case PoseSampled(robot=robot, x_m=x_m, y_m=y_m):
+                places_m[robot] = x_m, y_m
+            case RunEnded():
+                over_s = entry.t_s
             case _:
                 pass
-    entries = sorted(concerned(timeline.lines), key=lambda line: line[1].t_s)
-    core = sorted(living - swarm.outside - just_killed(entries))
-    if timeline.ended == Ending.ARRIVED:
-        return not finding.untrue
-    return core != [] and arrived_together(entries, core, untrue=finding.untrue)
+    if len(places_m) < scenario.fleet.robots or timeline.ended in (None, *ASKED.values()):
+        return None
+    return AtEnd(
+        scenario=scenario,
+        places_m=np.array([places_m[robot] for robot in sorted(places_m)]),
+        living=frozenset(living),
+        untrue=untrue,
+        ending=timeline.ended,
+        over_s=over_s,
+    )
+
+
+def has_arrived(fleet: AtEnd, entries: Iterable[Line], *, outside: frozenset[int]) -> bool:
+    """Whether the robots that should arrive were all at the goal at the same time, by true poses."""
+    if fleet.ending == Ending.ARRIVED:
+        return not fleet.untrue
+    core = sorted(fleet.living - outside - just_killed(entries))
+    return core != [] and arrived_together(entries, core, untrue=fleet.untrue)
+
+
+def not_recovered(fleet: AtEnd, entries: Iterable[Line], swarm: Swarm) -> str | None:
+    """What the fleet failed to do after its faults (rule 3); None also where they do not end."""
+    if swarm.mode is Mode.SAFETY:
+        return None
+    return liveness_failure(fleet, entries, quiet_s=swarm.quiet_s, outside=swarm.outside)
 
 
 def process_faults_in(timeline: Timeline) -> dict[str, int]:
@@ -197,6 +240,8 @@ def sum_up(runs: Sequence[ChaosRun], *, asked: int, speed: str, interrupted: boo
         unbalanced=len(runs) - sum(map(is_balanced, books)),
         leftovers=sum(len(run.leftovers) for run in runs),
         not_arrived=sum(not run.arrived for run in runs),
+        liveness_runs=sum(run.mode == Mode.LIVENESS for run in runs),
+        not_recovered=sum(run.not_recovered is not None for run in runs),
         messages_sent=sum(each.sent for each in books),
         messages_unaccounted=sum(each.unaccounted for each in books),
         process_faults=_sorted(process_faults),

@@ -19,7 +19,7 @@ from types import FrameType
 from msgspec import Struct
 from msgspec.structs import replace
 
-from clew.campaign.liveness import liveness_failure
+from clew.campaign.liveness import at_end, liveness_failure
 from clew.campaign.scenes import solvable
 from clew.campaign.second import second_opinion
 from clew.coverage.counters import count_coverage
@@ -289,7 +289,7 @@ def _with_faults(outcome: Outcome, stage: Stage, rehearsal: Rehearsal) -> Outcom
     if swarm is None or swarm.mode is Mode.SAFETY or outcome.surprise is not Surprise.NONE:
         return outcome
     reason = liveness_failure(
-        rehearsal.world, rehearsal.entries, quiet_s=swarm.quiet_s, outside=swarm.outside
+        at_end(rehearsal.world), rehearsal.entries, quiet_s=swarm.quiet_s, outside=swarm.outside
     )
     return outcome if reason is None else replace(outcome, surprise=Surprise.LIVENESS, reason=reason)
 

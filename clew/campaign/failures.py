@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from clew.campaign.episode import Outcome, OutOfTimeError, Surprise, wall_clock_limit
-from clew.campaign.liveness import liveness_failure
+from clew.campaign.liveness import at_end, liveness_failure
 from clew.log.check import scenario_of
 from clew.log.timeline import Timeline
 from clew.rehearsal.recorded import EPOCH, verdict_on
@@ -73,7 +73,9 @@ def failure_of(case: Case) -> Failure | None:
         return found
     if case.quiet_s is None:
         return _of_verdict(verdict)
-    said = liveness_failure(rehearsal.world, rehearsal.entries, quiet_s=case.quiet_s, outside=case.outside)
+    said = liveness_failure(
+        at_end(rehearsal.world), rehearsal.entries, quiet_s=case.quiet_s, outside=case.outside
+    )
     return None if said is None else Failure(_masked(said), said)
 
 

@@ -11,7 +11,8 @@ Rule 3: a way is sure if the full map shows it with `SPARE_M` to spare on both s
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -36,51 +37,74 @@ NEAR_M = 0.25  # a robot that stands near something may find the sure way a litt
 ASKEW_M = 0.001  # no cell lies exactly sideways: even the best may come half a millimetre nearer
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AtEnd:
+    """A fleet when its run was over."""
+
+    scenario: Scenario
+    places_m: Floats
+    """Where the bodies stand (n, 2)."""
+    living: frozenset[int]
+    untrue: frozenset[int]
+    """The robots that recorded an arrival which their poses do not show."""
+    ending: str | None
+    over_s: float
+
+
+def at_end(world: World) -> AtEnd:
+    """The fleet of a world whose run is over."""
+    assert world.judgement is not None, "its run is over"
+    return AtEnd(
+        scenario=world.scenario,
+        places_m=world.bodies.place_m,
+        living=world.survivors,
+        untrue=world.judgement.untrue,
+        ending=world.ending,
+        over_s=world.over_s,
+    )
+
+
 def liveness_failure(
-    world: World, entries: Iterable[tuple[str, Entry]], *, quiet_s: float, outside: frozenset[int]
+    fleet: AtEnd, entries: Iterable[tuple[str, Entry]], *, quiet_s: float, outside: frozenset[int]
 ) -> str | None:
     """What the fleet failed to do, in a sentence; None where it did not fail. Poses say who has arrived.
 
     Args:
-        world: the world of a run that is over.
+        fleet: where and how the run ended.
         entries: the run's timeline.
         quiet_s: when all faults were over, except for permanent ones.
         outside: the robots with a permanent fault.
     """
     entries = list(concerned(entries))
-    core = sorted(world.survivors - outside - just_killed(entries))
-    if not core or _is_done(world, entries, core, quiet_s):
+    core = sorted(fleet.living - outside - just_killed(entries))
+    if not core or _is_done(fleet, entries, core, quiet_s):
         return None
-    able = have_way(world.scenario, world.bodies.place_m, core)
+    able = have_way(fleet.scenario, fleet.places_m, core)
     if outside:
-        free = have_way(world.scenario, places_at(entries, quiet_s, world.bodies.place_m), core)
+        free = have_way(fleet.scenario, places_at(entries, quiet_s, fleet.places_m), core)
         able = [robot for robot in able if robot in free]
-    if not able or _is_done(world, entries, able, quiet_s):
+    if not able or _is_done(fleet, entries, able, quiet_s):
         return None
     why = "".join(
         f"; r{robot} is stranded: {why}" for robot, why in stranded(entries).items() if robot in able
     )
-    if not arrived_together(entries, able, untrue=_untrue(world)):
-        lacks = [f"r{robot}" for robot in able if robot not in world.tally.arrived - _untrue(world)]
+    if not arrived_together(entries, able, untrue=fleet.untrue):
+        *_, there = _at_goal(entries)
+        lacks = [f"r{robot}" for robot in able if robot not in there - fleet.untrue]
         who = ", ".join(lacks) or "all of them at the same time"
-        return f"there was a way, and the run ended before {who} arrived: {world.ending}{why}"
+        return f"there was a way, and the run ended before {who} arrived: {fleet.ending}{why}"
     healed_s = healed_at_s(entries, able, quiet_s)
     return f"all faults were over at t={quiet_s:.1f} s, and there was one strand at t={healed_s:.1f} s{why}"
 
 
-def _is_done(world: World, entries: list[tuple[str, Entry]], robots: Sequence[int], quiet_s: float) -> bool:
+def _is_done(fleet: AtEnd, entries: list[tuple[str, Entry]], robots: Sequence[int], quiet_s: float) -> bool:
     """Whether these robots were in one strand in time, and arrived."""
-    if not arrived_together(entries, robots, untrue=_untrue(world)):
+    if not arrived_together(entries, robots, untrue=fleet.untrue):
         return False
-    if world.over_s < quiet_s:
+    if fleet.over_s < quiet_s:
         return True
-    healed_s = min(healed_at_s(entries, robots, quiet_s), world.over_s)  # the run may have ended before
+    healed_s = min(healed_at_s(entries, robots, quiet_s), fleet.over_s)  # the run may have ended before
     return healed_s - quiet_s <= HEAL_S_MAX
-
-
-def _untrue(world: World) -> frozenset[int]:
-    assert world.judgement is not None, "its run is over"
-    return world.judgement.untrue
 
 
 def stranded(entries: Iterable[tuple[str, Entry]]) -> dict[int, str]:
@@ -107,21 +131,22 @@ def arrived_together(
         core: the robots that should arrive.
         untrue: the robots that recorded an arrival which their poses do not show.
     """
-    if untrue.intersection(core):
-        return False
-    there: set[int] = set()
+    return not untrue.intersection(core) and any(there.issuperset(core) for there in _at_goal(entries))
+
+
+def _at_goal(entries: Iterable[tuple[str, Entry]]) -> Iterator[frozenset[int]]:
+    """The robots at the goal: at first, and whenever one has arrived or joined a strand anew."""
+    there = frozenset[int]()
+    yield there
     for source, entry in entries:
         robot = robot_number(source)
         match entry.record:
             case RobotArrived() if robot is not None:
-                there.add(robot)
-                if there.issuperset(core):
-                    return True
+                yield (there := there | {robot})
             case StrandJoined() if robot is not None:
-                there.discard(robot)
+                yield (there := there - {robot})
             case _:
                 pass
-    return False
 
 
 def just_killed(entries: Iterable[tuple[str, Entry]]) -> set[int]:

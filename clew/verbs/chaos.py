@@ -47,9 +47,9 @@ CHAOS_FILE = "chaos.json"
 def chaos(ctx: click.Context, *, runs: int, speed: float, seed: int, out: Path | None, as_json: bool) -> None:
     """Run live fleets under the faults that a swarm campaign draws.
 
-    Faults are lost messages, cut links, kills, freezes and restarts. The folders of runs that had trouble or
-    did not arrive are kept. Exits with 1 when a run had trouble: a violation, books that do not balance, a
-    log with gaps, a launcher that refuses, or something left behind.
+    Faults are lost messages, cut links, kills, freezes and restarts. The folders of runs that had trouble, or
+    did not arrive or recover, are kept. Exits with 1 when a run had trouble: a violation, books that do not
+    balance, a log with gaps, a launcher that refuses, or something left behind.
     """
     from clew.campaign.chaos import sum_up
 
@@ -89,7 +89,7 @@ def _play(seed: int, speed: str, folder: Path) -> "ChaosRun":
     ended = run_fleet(arguments, wall_s_max=wall_s_max(swarm.scenario.time.time_s_max, float(speed)))
     load, _, _ = os.getloadavg()
     judged = judge_run(swarm, run, ended, replay=replay_line(path, seed, speed), load=load)
-    if judged.troubles or not judged.arrived:
+    if judged.troubles or not judged.arrived or judged.not_recovered:
         make_private(run)
         write_whole(run / "stderr.txt", "".join(f"{line}\n" for line in ended.said).encode())
     else:
@@ -98,7 +98,8 @@ def _play(seed: int, speed: str, folder: Path) -> "ChaosRun":
 
 
 def _sentence(run: "ChaosRun", number: int, runs: int) -> str:
-    outcome = "; ".join(run.troubles) or ("arrived" if run.arrived else f"did not arrive: {run.reason}")
+    what = "arrived" if run.arrived else f"did not arrive: {run.reason}"
+    outcome = "; ".join(run.troubles) or run.not_recovered or what
     return f"chaos: {number} of {runs}, seed {run.seed}: {outcome} ({run.wall_s:.0f} s)"
 
 
@@ -109,15 +110,18 @@ def _print(result: "Chaos", folder: Path) -> None:
             say(f"TROUBLE, seed {run.seed}: {trouble}")
         if not run.arrived:
             say(f"did not arrive, seed {run.seed} ({run.mode}): {run.reason}")
-        if run.troubles or not run.arrived:
+        if run.not_recovered:
+            say(f"did not recover, seed {run.seed}: {run.not_recovered}")
+        if run.troubles or not run.arrived or run.not_recovered:
             say(f"    {run.replay}")
     word = "INTERRUPTED" if result.interrupted else "OK" if result.ok else "FAILED"
     process_faults = ", ".join(f"{fault} {count}" for fault, count in result.process_faults.items())
     click.echo(
         f"{word}: {result.runs} of {result.runs_asked} runs, {result.violations} violations, "
         f"{result.unbalanced} unbalanced, {result.leftovers} left behind, "
-        f"{result.not_arrived} did not arrive; {result.messages_sent} messages, "
-        f"{result.messages_unaccounted} unaccounted for; process faults: {process_faults or 'none'}. "
+        f"{result.not_arrived} did not arrive, {result.not_recovered} of {result.liveness_runs} did not "
+        f"recover; {result.messages_sent} messages, {result.messages_unaccounted} unaccounted for; "
+        f"process faults: {process_faults or 'none'}. "
         f"Chaos: {folder}"
     )
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from clew.campaign.liveness import liveness_failure
+from clew.campaign.liveness import at_end, liveness_failure
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import load as load_plan
@@ -119,7 +119,9 @@ def test_a_fleet_heals_in_a_case_in_which_it_once_did_not(
         return world.now_s > quiet_s and set(world.attendance.living) - set(outside) <= world.tally.arrived
 
     rehearsal, again = rehearsed(name, seed, decided=have_arrived)
-    said = liveness_failure(rehearsal.world, rehearsal.entries, quiet_s=quiet_s, outside=frozenset(outside))
+    said = liveness_failure(
+        at_end(rehearsal.world), rehearsal.entries, quiet_s=quiet_s, outside=frozenset(outside)
+    )
     assert said is None, again
 
 

@@ -6,6 +6,8 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace as changed
+from itertools import count
 from pathlib import Path
 
 import pytest
@@ -15,29 +17,40 @@ from msgspec.structs import replace
 
 from clew.campaign.chaos import (
     ChaosRun,
+    fleet_in,
     has_arrived,
     is_balanced,
     judge_run,
+    not_recovered,
     replay_line,
     sum_up,
     troubles_of,
 )
+from clew.campaign.liveness import at_end, liveness_failure
 from clew.fleet.live import Ended, left_behind, processes_of, run_fleet
 from clew.log.check import Finding, check
 from clew.log.completeness import LAST_MISSING
-from clew.log.timeline import read
-from clew.swarm.swarm import draw
-from protocol.timeline import PromiseBroken, RunEnded
+from clew.log.timeline import Timeline, read
+from clew.rehearsal.rehearsal import Rehearsal
+from clew.swarm.swarm import Mode, draw
+from clew.swarm.world import Ground
+from protocol.faults.plan import Plan
+from protocol.faults.rules import Partition
+from protocol.timeline import RunEnded
 from tests.support.campaigns import clew
 from tests.support.deadline import DEADLINE_S
-from tests.support.logs.logs import AT_REST, GOOD, numbered, recorded
+from tests.support.logs.logs import AT_REST, GOOD, HEADER, PAPER, numbered, recorded
 from tests.support.processes.fleets import Fleet, wait_until
 from world.judge.books import Messages
 from world.judge.ending import Ending
-from world.judge.judgement import Breach
 
 WELL = Ended(code=0, said=("ok",), wall_s=1.0, leftovers=())
 COUNTS = st.integers(0, 10**6)
+LIVELY = next(
+    swarm
+    for swarm in map(draw, count(1))
+    if (swarm.mode, swarm.ground) == (Mode.LIVENESS, Ground.OPEN) and len(swarm.scenario.fleet.poses()) > 2
+)
 
 
 @pytest.fixture
@@ -112,15 +125,40 @@ def test_a_folder_without_a_run_is_judged_and_quotes_the_launchers_last_line(tmp
     assert run.troubles == ("there is no verdict", "the log cannot be read")
 
 
-def test_a_fleet_that_says_it_has_arrived_has_not_if_poses_do_not_show_it(tmp_path: Path) -> None:
-    said = read(
-        recorded(tmp_path / "run", numbered((*AT_REST[:-1], ("world", RunEnded(reason=Ending.ARRIVED)))))
+def test_a_fleet_that_says_it_has_arrived_has_not_if_poses_do_not_show_it() -> None:
+    said = Timeline(HEADER, tuple(numbered((*AT_REST[:-1], ("world", RunEnded(reason=Ending.ARRIVED))))), ())
+    told, lied = (fleet_in(said, PAPER, untrue=untrue) for untrue in (frozenset[int](), frozenset({1})))
+    assert told is not None
+    assert lied is not None
+    assert has_arrived(told, said.lines, outside=frozenset())
+    assert not has_arrived(lied, said.lines, outside=frozenset())
+
+
+def test_a_run_that_was_ended_from_outside_tells_nothing_of_its_fleet() -> None:
+    for reason in ("interrupted", "another process of the run was lost"):
+        told = Timeline(HEADER, tuple(numbered((*AT_REST[:-1], ("world", RunEnded(reason=reason))))), ())
+        assert fleet_in(told, PAPER, untrue=frozenset()) is None
+
+
+@pytest.fixture(scope="module")
+def cut_off() -> Rehearsal:
+    """A run in which one robot is cut off from the others to the end, so that not all arrive."""
+    cut = Partition(group=("r1",), from_s=0.5)
+    return Rehearsal(LIVELY.scenario, LIVELY.seed, Plan(name="cut", rules=(cut,))).run()
+
+
+def test_a_log_shows_that_a_fleet_did_not_recover_just_as_its_rehearsal_does(cut_off: Rehearsal) -> None:
+    log = Timeline(HEADER, tuple(cut_off.entries), ())
+    read_back = fleet_in(log, LIVELY.scenario, untrue=frozenset())
+    assert read_back is not None
+    told, seen = (
+        liveness_failure(fleet, cut_off.entries, quiet_s=1.0, outside=frozenset())
+        for fleet in (read_back, at_end(cut_off.world))
     )
-    finding = check(said)
-    assert has_arrived(said, finding, draw(3))
-    short = PromiseBroken(invariant="A1", robot=1, measured_m=0.33, required_m=0.16, why="stands elsewhere")
-    lied = replace(finding, breaches=(Breach(t_s=3.0, broken=short),))
-    assert not has_arrived(said, lied, draw(3))
+    assert told == seen is not None
+    lively = changed(LIVELY, quiet_s=1.0, outside=frozenset())
+    assert not_recovered(read_back, cut_off.entries, lively) == told
+    assert not_recovered(read_back, cut_off.entries, changed(lively, mode=Mode.SAFETY)) is None
 
 
 def test_a_summary_is_ok_only_if_complete_and_without_trouble(tmp_path: Path) -> None:

@@ -1,8 +1,6 @@
 """Sure ways to the goal by the full map (`clew/campaign/liveness.py`)."""
 
 import math
-from types import SimpleNamespace
-from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import pytest
@@ -10,6 +8,7 @@ from msgspec.structs import replace
 
 from clew.campaign.liveness import (
     SPARE_M,
+    AtEnd,
     arrived_together,
     have_way,
     healed_at_s,
@@ -23,9 +22,6 @@ from tests.support.scenes.world_scenarios import scenario
 from world.geometry.shapes import Polygon, Shape
 from world.judge.ending import Ending
 from world.scenario.scenario import Scenario
-
-if TYPE_CHECKING:
-    from world.core import World
 
 THICK_M = 0.02
 ELSEWHERE = (-3.0, 2.0)
@@ -103,16 +99,15 @@ def test_robots_that_a_live_robot_locks_in_when_the_faults_are_over_are_not_aske
     ]
     *early, (_, last) = numbered((*sampled, (WORLD, replace(sampled[-1][1], x_m=4.0))))
     entries = [*early, (WORLD, replace(last, t_s=has_cleared_the_door_s))]
-    over = SimpleNamespace(
+    fleet = AtEnd(
         scenario=with_door(SURE_M + 0.05),
-        bodies=SimpleNamespace(place_m=np.array([(0.0, 0.0), (4.0, 0.0), ELSEWHERE])),
-        survivors=frozenset({1, 2, 3}),
-        judgement=SimpleNamespace(untrue=frozenset()),
-        tally=SimpleNamespace(arrived=set()),
+        places_m=np.array([(0.0, 0.0), (4.0, 0.0), ELSEWHERE]),
+        living=frozenset({1, 2, 3}),
+        untrue=frozenset(),
         ending=Ending.TIMED_OUT,
         over_s=90.0,
     )
-    said = liveness_failure(cast("World", over), entries, quiet_s=5.0, outside=frozenset({2}))
+    said = liveness_failure(fleet, entries, quiet_s=5.0, outside=frozenset({2}))
     assert (said is None) == (has_cleared_the_door_s > 5.0)
 
 

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from clew.campaign.liveness import liveness_failure
+from clew.campaign.liveness import at_end, liveness_failure
 from clew.rehearsal.rehearsal import Rehearsal
 from clew.swarm.classes import ADVERSARY, FaultClass
 from clew.swarm.swarm import Mode, Swarm, draw
@@ -105,9 +105,9 @@ def test_a_fleet_that_could_heal_and_does_not_is_detected(lively: list[Swarm]) -
     swarm = next(swarm for swarm in lively if swarm.ground is Ground.OPEN)
     cut = Partition(group=("r1",), from_s=0.5)
     rehearsal = Rehearsal(swarm.scenario, swarm.seed, Plan(name="cut", rules=(cut,))).run()
-    judged = liveness_failure(rehearsal.world, rehearsal.entries, quiet_s=1.0, outside=frozenset())
+    judged = liveness_failure(at_end(rehearsal.world), rehearsal.entries, quiet_s=1.0, outside=frozenset())
     assert judged is not None
     alone = liveness_failure(
-        rehearsal.world, rehearsal.entries, quiet_s=1.0, outside=frozenset({1, 2, 3, 4, 5})
+        at_end(rehearsal.world), rehearsal.entries, quiet_s=1.0, outside=frozenset({1, 2, 3, 4, 5})
     )
     assert alone is None, "robots outside the core are not checked"
