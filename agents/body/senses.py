@@ -8,6 +8,8 @@ Rule 2 (F6 of docs/strand.md): a scan serves only under the very fence that it b
         if that is in force. Under an older one, other robots may have moved since.
 Rule 3: a scan that shows too little to decide may be followed by a closer one from there, with more
         revolutions of the scanner. The scan after that has as many as usual.
+Rule 4 (liveness): a robot asks only when it hears something. One that hears little, or nothing for a while,
+        makes up for the queries that it would have repeated meanwhile.
 """
 
 from agents.body.driver import Driver
@@ -20,6 +22,7 @@ from protocol.mission import Mission
 from protocol.wire.messages import Scan
 
 RETRY_S = 0.2  # the sensor answers within a tick, and the messages take milliseconds
+MADE_UP_MAX = 5  # queries at once: those of a second
 
 
 class Senses:
@@ -30,16 +33,18 @@ class Senses:
         self._driver = driver
         self._scan: Scan | None = None
         self._asked_at_s = -float("inf")
+        self._is_answered = True
+        """Whether no query is pending."""
         self._revolutions = mission.revolutions
         """Of the scan that is wanted next."""
 
     def hear(self, scan: Scan) -> None:
         """Adopt an answer of the sensor."""
-        self._scan = scan
+        self._scan, self._is_answered = scan, True
 
     def forget(self) -> None:
         """Drop the scan that has arrived; it is no longer valid."""
-        self._scan = None
+        self._scan, self._is_answered = None, True
 
     def _serves(self, scan: Scan) -> bool:
         """Rule 2."""
@@ -56,8 +61,9 @@ class Senses:
         """Ask for a scan, unless just asked."""
         if not is_due(last_s=self._asked_at_s, every_s=RETRY_S, now_s=now_s):
             return []
-        self._asked_at_s = now_s
-        return [AskScan(self._revolutions)]
+        periods = 1 if self._is_answered else int((now_s - self._asked_at_s) / RETRY_S)  # rule 4
+        self._asked_at_s, self._is_answered = now_s, False
+        return [AskScan(self._revolutions)] * max(1, min(periods, MADE_UP_MAX))
 
     def look(self, now_s: float) -> list[Command]:
         """Ask for a scan even if a query is pending: where obstacles move, a robot scans while it drives."""

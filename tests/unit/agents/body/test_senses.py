@@ -4,7 +4,7 @@ import pytest
 from msgspec.structs import replace
 
 from agents.body.driver import Driver
-from agents.body.senses import RETRY_S, Senses
+from agents.body.senses import MADE_UP_MAX, RETRY_S, Senses
 from agents.commands import AskScan
 from protocol.fence import Epoch, Fence, May
 from protocol.frames import Pose
@@ -42,6 +42,16 @@ def test_a_query_is_repeated_only_if_no_answer_has_come_for_a_while() -> None:
     senses, _ = standing()
     asked = [senses.ask(now_s) for now_s in (0.0, 0.9 * RETRY_S, RETRY_S)]
     assert asked == [[AskScan(MISSION.revolutions)], [], [AskScan(MISSION.revolutions)]]
+
+
+def test_a_robot_that_hears_little_makes_up_for_the_queries_that_it_would_have_repeated() -> None:
+    senses, _ = standing()
+    asked = [len(senses.ask(now_s)) for now_s in (0.0, 3.5 * RETRY_S, 9.0)]
+    assert asked == [1, 3, MADE_UP_MAX]
+    senses.hear(scan(THERE))
+    assert len(senses.ask(20.0)) == 1, "the last query has been answered, if too late"
+    senses.forget()
+    assert len(senses.ask(30.0)) == 1, "in another view it asks anew"
 
 
 def test_a_closer_look_is_one_scan_with_four_times_the_revolutions() -> None:
