@@ -130,7 +130,8 @@ class Coordinator:
                 draft.begin(self._reports, self._questions.obstacle_m(self._reports))
                 self._look_at_legs(draft, now_s)
         commands = self._take_turns(fence, now_s) if self.phase is Phase.TURNING else []
-        return commands + (self._close(fence, now_s) if self.phase is Phase.CLOSING else [])
+        closes = self.phase is Phase.CLOSING and fence.may is not May.ONE
+        return commands + (self._close(fence, now_s) if closes else [])
 
     def _begin(self, now_s: float) -> None:
         """Begin a draft, or begin it again with those that are in place."""
@@ -200,7 +201,9 @@ class Coordinator:
             return True
         if self._turns.idle_s <= self._timing.turn_s or not self._suspicion.judges(now_s):
             return False
-        if fence.robot != self._robot:
+        if fence.robot == self._robot:
+            self._drafting.end_turn(self._robot, placed=False)
+        else:
             self._suspicion.blame(fence.robot, now_s, penalty=SLOW_PENALTY)
             self._drop(fence.robot)
         return True
@@ -210,8 +213,6 @@ class Coordinator:
     def _close(self, fence: Fence, now_s: float) -> list[Command]:
         """Rule 2."""
         draft = self._drafting
-        if fence.may is May.ONE:
-            return self._take_back(fence, now_s)
         if self._reported.waits_for_places(draft.strand, self._turns):
             return []
         if not self._telling.has_map(draft.strand[0], now_s):
