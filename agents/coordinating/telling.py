@@ -92,7 +92,8 @@ class Telling:
         counted = self.reported.counted
         if self.plan is not None:
             return set(self.plan.order) if now_s - self._made_s <= NEWS_S else set()
-        named = {odometry.fence.robot} & counted.keys() if not odometry.moving else set()
+        all_stand = odometry.stood_s >= self.timing.put_s
+        named = {odometry.fence.robot} & counted.keys() if all_stand else set()
         return named | {robot for robot in counted if self.questions.pending(robot) is not None}
 
     def _answer(self, robot: int, report: Report, rank: int | None, join: Join | None) -> Answer:
