@@ -144,13 +144,15 @@ class Coordinator:
         self._enter(Phase.LOOKING)
         if self._mission.goal is None:
             self._draft.forget_order()
-            self._reported.ask(self._questions.ask_about_obstacles(self._reports, now_s))
+            turn = self._turns.number
+            self._reported.ask(self._questions.ask_about_obstacles(self._reports, now_s, turn=turn))
         else:
             self._draft.begin(self._reports, {})
             self._look_at_legs(self._draft, now_s)
 
     def _look_at_legs(self, draft: Draft, now_s: float) -> None:
-        asked = self._questions.ask_about_legs(draft.order, self._reports, now_s, keeps=draft.keeps)
+        turn, keeps = self._turns.number, draft.keeps
+        asked = self._questions.ask_about_legs(draft.order, self._reports, now_s, turn=turn, keeps=keeps)
         self._reported.ask(asked)
 
     @property

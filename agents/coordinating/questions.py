@@ -1,6 +1,7 @@
 """What a coordinator asks robots to look at, and what they have seen. Pure.
 
-Rule 1: a question about a leg names where both robots stand. An answer counts as long as they stand there.
+Rule 1: a question about a leg names where both robots stand. An answer counts as long as they stand there,
+        and no robot has had a turn since: it may stand on that leg now. What has been driven stays clear.
 Rule 2: a robot that does not answer in time counts as one that does not see its way. Another question
         does not begin that time anew: two such times are longer than the others wait for a turn.
 """
@@ -26,6 +27,8 @@ class _Asked:
     """Where the robot that is asked stands."""
     since_s: float
     """Since when the robot has owed an answer."""
+    turn: int
+    """The newest turn that had been put."""
 
 
 @dataclass(slots=True)
@@ -39,12 +42,12 @@ class Questions:
     _asked: dict[int, _Asked] = field(default_factory=dict)
     _count: int = 0
 
-    def ask_about_obstacles(self, reports: Mapping[int, Report], now_s: float) -> list[int]:
+    def ask_about_obstacles(self, reports: Mapping[int, Report], now_s: float, *, turn: int) -> list[int]:
         """Ask all robots how far off the nearest obstacle is; returns the robots that have a new question."""
-        return self._ask(dict.fromkeys(reports), reports, now_s, keeps=False)
+        return self._ask(dict.fromkeys(reports), reports, now_s, turn=turn, keeps=False)
 
     def ask_about_legs(
-        self, order: Sequence[int], reports: Mapping[int, Report], now_s: float, *, keeps: bool
+        self, order: Sequence[int], reports: Mapping[int, Report], now_s: float, *, turn: int, keeps: bool
     ) -> list[int]:
         """Ask all but the leader to look at their legs; returns the robots that have a new question.
 
@@ -52,9 +55,10 @@ class Questions:
             order: leader first.
             reports: of the view.
             now_s: the time.
+            turn: the newest turn that has been put.
             keeps: whether robots may tell legs of former strands.
         """
-        return self._ask(dict(zip(order[1:], order, strict=False)), reports, now_s, keeps=keeps)
+        return self._ask(dict(zip(order[1:], order, strict=False)), reports, now_s, turn=turn, keeps=keeps)
 
     def hear(self, robot: int, look: Look | None) -> None:
         """Take in an answer."""
@@ -95,6 +99,7 @@ class Questions:
         reports: Mapping[int, Report],
         now_s: float,
         *,
+        turn: int,
         keeps: bool,
     ) -> list[int]:
         robots = list(reports)
@@ -105,7 +110,8 @@ class Questions:
             theirs, at = None if ahead is None else reports[ahead], reports[robot].place
             place = None if theirs is None else theirs.place
             asked = self._asked.get(robot)
-            if asked is not None and (asked.at, asked.question.place) == (at, place):
+            is_known = asked is not None and (asked.turn == turn or self.sees(robot).driven)
+            if asked is not None and is_known and (asked.at, asked.question.place) == (at, place):
                 continue  # rule 1
             self._count += 1
             question = Question(
@@ -116,7 +122,7 @@ class Questions:
             )
             since_s = now_s if asked is None or robot in self.looks else asked.since_s  # rule 2
             self._forget({robot})
-            self._asked[robot] = _Asked(question, at, since_s)
+            self._asked[robot] = _Asked(question, at, since_s, turn)
             new.append(robot)
         return new
 

@@ -43,6 +43,11 @@ class Turns:
         """The robots for which a turn was put: few, where most are in place."""
         return self._put_for.keys()
 
+    @property
+    def number(self) -> int:
+        """The number of the newest turn; 0: none was put."""
+        return 0 if self.newest is None else self.newest.turn
+
     def put_for(self, robot: int) -> int:
         """The last turn that was put for a robot; 0: none."""
         return self._put_for.get(robot, 0)
