@@ -81,6 +81,16 @@ def test_v5_a_place_counts_only_when_it_was_told_after_the_robots_own_last_turn(
     stage.run(lambda: stage.fence.may is May.ALL, s_max=2.0)
 
 
+def test_a_robot_that_drives_in_its_turn_is_not_told_again_where_the_strand_ends() -> None:
+    stage = in_turn(2, 3, SCATTERED)
+    stage.run(lambda: not stage.mail)
+    first = len(stage.posted)
+    stage.pass_s(0.5)
+    assert stage.moving() == {3}
+    joins = [post for post in stage.posted[first:] if of(Answer, sender=2)(post) and post.thing.join]
+    assert len(joins) <= 1, "the answer to its own report"
+
+
 def test_v6_a_lease_that_arrives_after_all_gives_nobody_the_turn() -> None:
     stage = in_turn(2, 3, SCATTERED)
     lease = stage.sent(of(Turn, sender=2))[-1]
