@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from protocol.fence import NOBODY_NUMBER, Fence, May
 
 RAISES_MAX = 6  # a healthy robot raises once for a loss, and once more for each further one
-BACK_S = 30.0  # simulated
+BACK_S = 10.0  # simulated: the last robot of a fleet may need one for each of its losses and ways
 BACK_S_MAX = 600.0  # simulated
 
 
