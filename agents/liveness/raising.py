@@ -37,10 +37,10 @@ class Raising:
     robot: int
     life: int
     timing: Timing
-    proposed: Epoch | None = None
-    """The newest epoch that it has proposed."""
     reason: Reason | None = None
-    """Why it proposed that."""
+    """Why it has put its newest raise."""
+    _noted: tuple[Epoch, Cause, int | None] | None = None
+    """What it proposes now, of which there is a record; None: nothing."""
     _wanted_since_s: float | None = None
     _put_at_s: float = -float("inf")
     _all_in: int | None = None
@@ -61,7 +61,7 @@ class Raising:
     def want(self, reason: Reason | None, fence: Fence, now_s: float) -> list[Command]:
         """Propose a view if there is a reason to, and the drawn time has passed."""
         if reason is None or fence.may is May.STOPPED:
-            self._wanted_since_s = None
+            self._wanted_since_s = self._noted = None
             return []
         if self._wanted_since_s is None:
             self._wanted_since_s = now_s
@@ -69,12 +69,13 @@ class Raising:
             return []
         if not is_due(last_s=self._put_at_s, every_s=self.timing.put_s, now_s=now_s):
             return []
-        self._put_at_s = now_s
+        self._put_at_s, self.reason = now_s, reason
         epoch = fence.epoch.next(self.robot, self.life)
         put = Put(Raise(epoch=epoch, cause=reason.cause))
-        if epoch == self.proposed:
+        proposal = (epoch, reason.cause, reason.about)
+        if proposal == self._noted:
             return [put]
-        self.proposed, self.reason = epoch, reason
+        self._noted = proposal
         proposed = ViewProposed(epoch=epoch.number, cause=reason.cause, about=reason.about, why=reason.why)
         return [Note(proposed), put]
 

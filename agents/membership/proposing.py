@@ -99,9 +99,9 @@ class Proposing:
             reason = self._for_outsider(odometry, reporter, now_s)
         else:
             reason = None if coordinates else self._for_bound(fence, odometry, reporter, now_s)
-        before = self._raising.proposed
         commands = self._raising.want(reason, fence, now_s)
-        if reason is None or member is None or self._raising.proposed == before:
+        is_noted = any(isinstance(each, Note) for each in commands)
+        if reason is None or member is None or not is_noted:
             return commands
         return [*commands, *self._note(reason, member, now_s)]
 

@@ -281,6 +281,26 @@ def test_a_robot_that_comes_back_in_a_dead_end_is_let_in_before_the_strand_has_c
     assert not [post for post in stage.sent(of(Answer, receiver=3)) if post.thing.stranded]
 
 
+def test_a_raise_that_was_lost_for_another_reason_does_not_keep_a_strand_from_turning_round() -> None:
+    """Both are for the same epoch: none has begun between them."""
+    stage = ViewStage.begun(SETTINGS["round"].places, SETTINGS["round"].scenario())
+    stage.raised_by(3)
+    stage.lose(of((Answer, Raise)))
+    stage.lose(of(Scan, receiver=2))  # the view waits for its look
+    stage.run(lambda: stage.records_of(ViewProposed, 1)[-1].cause is Cause.COORDINATOR_LOST)
+    stage.heal()
+    keep_silent(stage)
+    stage.run(lambda: stage.fence.may is May.ALL)
+    stage.heal()
+    assert (stage.fence.epoch.generation, stage.fence.robot) == (1, 1)
+    stage.run(lambda: stage.fence.epoch.generation == 2, s_max=30.0)
+    assert [each.cause for each in stage.records_of(ViewProposed, 1)][-1] is Cause.DEAD_END
+    assert len(stage.records_of(StrandReversed, 1)) == 1
+    stage.run(lambda: stage.fence.may is May.ALL)
+    assert stage.formed is not None
+    assert (stage.formed.order, stage.formed.back_by_m > 0.0) == ((3, 2, 1), True)
+
+
 def test_a_robot_that_does_not_count_for_now_goes_on_reporting_until_the_formation_leaves_it_out() -> None:
     stage = ViewStage.driving()
     stage.lose(lambda post: isinstance(post.thing, STATES) and {post.sender, post.receiver} == {2, 3})

@@ -107,7 +107,31 @@ def test_a_raise_goes_up_by_one_generation_and_says_why() -> None:
         Note(ViewProposed(epoch=40002, cause=OWN.cause, about=2, why="token")),
         Put(Raise(epoch=Epoch(generation=4, robot=2, life=77), cause=OWN.cause)),
     ]
-    assert (raising.proposed, raising.reason) == (Epoch(generation=4, robot=2, life=77), OWN)
+    assert raising.reason == OWN
+
+
+def noted(commands: list[Command]) -> list[Cause]:
+    records = [each.record for each in commands if isinstance(each, Note)]
+    return [each.cause for each in records if isinstance(each, ViewProposed)]
+
+
+def test_a_raise_for_another_reason_is_noted_and_counts_also_if_it_is_for_the_same_epoch() -> None:
+    raising, told = Raising(2, 77, TIMING), fence(3, May.ALL)
+    raising.enter(told)
+    assert noted(raising.want(OWN, told, 0.0)) == [OWN.cause]
+    other = Reason(Cause.DEAD_END, "the only way leads back")
+    commands = raising.want(other, told, 1.0)
+    assert (noted(commands), puts(commands)[0].cause) == ([other.cause], other.cause)
+    assert raising.reason == other
+
+
+def test_what_is_wanted_again_after_it_was_not_is_noted_again() -> None:
+    raising, told = Raising(2, 77, TIMING), fence(3, May.ALL)
+    raising.enter(told)
+    assert noted(raising.want(OWN, told, 0.0)) == [OWN.cause]
+    assert raising.want(None, told, 1.0) == []
+    assert raising.reason == OWN, "the raise that was put may still arrive"
+    assert noted(raising.want(OWN, told, 60.0)) == [OWN.cause]
 
 
 def test_when_odometry_tells_a_newer_epoch_whatever_was_wanted_waits_anew() -> None:
