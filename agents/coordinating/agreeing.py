@@ -10,8 +10,7 @@ from agents.commands import Command, Note
 from agents.coordinating.formation import Plan, lay_path
 from agents.coordinating.legs import Legs
 from agents.coordinating.order import places_of, positions
-from agents.coordinating.turnabout import turned_round
-from agents.strand.wish import Turnabout
+from agents.coordinating.turnabout import Turning, turned_round
 from protocol.arrays import distances_to_segments, xy
 from protocol.fence import Cause, Epoch
 from protocol.frames import Point
@@ -37,12 +36,8 @@ class Intent:
     """The leader of the last strand; 0: there was none."""
     neighbours: Mapping[int, Point] = field(default_factory=dict)
     """Where its neighbours in former strands were when it last heard them."""
-    turnabout: Turnabout | None = None
-    """DEAD_END: how the strand is to turn round."""
-    ended: Epoch | None = None
-    """The epoch of that strand, how many robots it had, and its path."""
-    robots: int = 0
-    path: Path | None = None
+    turning: Turning | None = None
+    """DEAD_END: the strand that is to turn round."""
 
     @property
     def heals(self) -> bool:
@@ -76,15 +71,13 @@ class Agreement:
 
     def turned(self, reports: Reports, *, turn: int) -> Plan | None:
         """The formation of a strand that turns round; None if the view is not for that, or lacks a robot."""
-        intent = self.intent
-        if intent.turnabout is None or intent.path is None or intent.ended is None:
-            return None
-        found = turned_round(intent.turnabout, intent.path, reports, ended=intent.ended, robots=intent.robots)
-        if found is None:
+        turning = self.intent.turning
+        found = None if turning is None else turned_round(turning, reports)
+        if turning is None or found is None:
             return None
         order, path, places_m = found
         plan = self._plan(order, (path, places_m), frozenset(order[1:]), reports, turn=turn)
-        return plan.backing_up(intent.turnabout.back_by_m) if fits(plan.as_record()) else None
+        return plan.backing_up(turning.turnabout.back_by_m) if fits(plan.as_record()) else None
 
     def stranded(self, plan: Plan, reports: Reports, no_room: frozenset[int]) -> list[Command]:
         """A record for each robot that has reported and has no place in the formation.

@@ -5,43 +5,49 @@ Rule 1: it exists only where all robots of the strand have reported places on th
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
-from agents.strand.wish import Turnabout
+from agents.liveness.reason import Turnabout
 from protocol.fence import Epoch
 from protocol.path import Path
 from protocol.wire.view import Former, Report
+
+
+@dataclass(frozen=True, slots=True)
+class Turning:
+    """A strand that is to turn round."""
+
+    turnabout: Turnabout
+    """Where the new path begins and ends, in arc lengths of the old one."""
+    ended: Epoch
+    """The epoch of the strand."""
+    robots: int
+    """How many were in it."""
+    path: Path
+    """The old one, as the robot that leads knows it."""
+
 
 Turned = tuple[tuple[int, ...], Path, dict[int, float]]
 """Order, path, and each robot's arc length along it."""
 
 
-def _former_place(report: Report, ended: Epoch | None) -> Former | None:
+def _former_place(report: Report, ended: Epoch) -> Former | None:
     """The place in the strand of this epoch that a robot has not left; None: it has none."""
     return next((each for each in report.formers if each.epoch == ended and not each.draft), None)
 
 
-def turned_round(
-    turnabout: Turnabout, path: Path, reports: Mapping[int, Report], *, ended: Epoch, robots: int
-) -> Turned | None:
-    """Rule 1.
-
-    Args:
-        turnabout: where the new path begins and ends, in arc lengths of the old one.
-        path: the old path, as the robot that leads knows it.
-        reports: of the view.
-        ended: the epoch of that strand.
-        robots: how many were in it.
-    """
+def turned_round(turning: Turning, reports: Mapping[int, Report]) -> Turned | None:
+    """Rule 1."""
     at: list[tuple[int, int, float]] = []
     for robot, report in reports.items():
-        if (former := _former_place(report, ended)) is None:
+        if (former := _former_place(report, turning.ended)) is None:
             continue
         at.append((former.rank, robot, former.s_m))
     at.sort()
-    if [rank for rank, _, _ in at] != list(range(robots)):
+    if [rank for rank, _, _ in at] != list(range(turning.robots)):
         return None
     order = tuple(robot for _, robot, _ in reversed(at))
-    end_m = turnabout.end_m
-    turned = path.reversed(turnabout.cut_m, end_m)
+    end_m = turning.turnabout.end_m
+    turned = turning.path.reversed(turning.turnabout.cut_m, end_m)
     places_m = {robot: min(max(end_m - s_m, 0.0), turned.end_m) for _, robot, s_m in at}
     return order, turned, places_m

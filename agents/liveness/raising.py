@@ -12,22 +12,12 @@ from hashlib import blake2b
 
 from agents.commands import Command, Note, Put
 from agents.due import is_due
+from agents.liveness.reason import Reason
 from agents.liveness.timing import Timing
 from protocol.fence import Cause, Epoch, Fence, May, Raise
 from protocol.timeline import ViewProposed
 
 SHARED = frozenset({Cause.START, Cause.COORDINATOR_LOST})  # what all robots may want at once
-
-
-@dataclass(frozen=True, slots=True)
-class Reason:
-    """Why a robot wants a view."""
-
-    cause: Cause
-    why: str
-    about: int | None = None
-    how: str = ""
-    """NEIGHBOUR_LOST: `token` or `silence`."""
 
 
 @dataclass(slots=True)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 from agents.commands import Command, Say
 from agents.due import is_due
-from agents.liveness.raising import Reason
+from agents.liveness.reason import Reason
 from agents.liveness.timing import Timing
 from protocol.fence import Cause, Fence, May
 from protocol.wire.view import Plea

@@ -3,7 +3,7 @@
 Rule 1: where no robot coordinates, any robot proposes a view.
 Rule 2: a bound robot proposes one when its coordinator is lost: its token has gone, it is silent, or it does
         nothing though nobody moves.
-Rule 3: a member proposes one for what it wishes (`agents.strand.wish`), for a neighbour that is lost, and, if
+Rule 3: a member proposes one for what it wishes (`Member.wish`), for a neighbour that is lost, and, if
         it leads, for a robot that asks to be let in. A leader without a way on lets such a robot in first: it
         may be what stands in the way.
 Rule 4: a robot that is left out, and has no answer from the leader, proposes one as an outsider; where no
@@ -17,7 +17,9 @@ from dataclasses import replace
 
 from agents.commands import Command, Note
 from agents.coordinating.agreeing import Intent
-from agents.liveness.raising import Raising, Reason
+from agents.coordinating.turnabout import Turning
+from agents.liveness.raising import Raising
+from agents.liveness.reason import Reason, Turnabout
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
 from agents.membership.pleas import Pleas
@@ -65,18 +67,13 @@ class Proposing:
 
     def intent(self, member: Member | None, neighbours: Mapping[int, Point]) -> Intent:
         """What this robot has proposed the newest view for; to be asked before it leaves its strand."""
-        reason = self._raising.reason
+        reason, wish = self._raising.reason, None if member is None else member.wish
         intent = Intent(Cause.START if reason is None else reason.cause, self._led_by, neighbours)
-        wish = None if member is None else member.wish
-        if member is None or wish is None or wish.cause is not intent.cause:
+        if member is None or wish is None or wish.turnabout is None or wish.cause is not intent.cause:
             return intent
         formation = member.formation
         return replace(
-            intent,
-            turnabout=wish.turnabout,
-            ended=formation.epoch,
-            robots=formation.members,
-            path=member.path,
+            intent, turning=Turning(wish.turnabout, formation.epoch, formation.members, member.path)
         )
 
     def act(
@@ -111,7 +108,7 @@ class Proposing:
         """Rule 3."""
         wish, plea = member.wish, self._pleas.reason(now_s, stands=not odometry.moving)
         if wish is not None and (plea is None or wish.cause not in {Cause.DEAD_END, Cause.NO_WAY}):
-            return Reason(wish.cause, wish.why, wish.about)
+            return wish
         all_wait = not member.arrived and odometry.stood_s > self._timing.stood_s
         named_s = -math.inf if reporter is None else reporter.formed_s
         for link in member.strand.links:
@@ -159,9 +156,8 @@ class Proposing:
     def _note(self, reason: Reason, member: Member, now_s: float) -> list[Command]:
         """What goes with a member's proposal, once."""
         epoch = member.formation.epoch.number
-        turn = None if member.wish is None else member.wish.turnabout
         match reason:
-            case Reason(Cause.DEAD_END) if turn is not None:
+            case Reason(Cause.DEAD_END, turnabout=Turnabout() as turn):
                 turned = StrandReversed(
                     epoch=epoch, cut_m=turn.cut_m, end_m=turn.end_m, back_by_m=turn.back_by_m
                 )

@@ -8,9 +8,9 @@ Rule 2: after `DISSOLVED_MAX` times without coming on the route is lost, and the
 """
 
 from agents.body.watch import STILL_S_MAX, Watch
+from agents.liveness.reason import Reason
 from agents.strand.advance import Advance
 from agents.strand.strand import Strand
-from agents.strand.wish import Wish
 from protocol.fence import Cause
 from protocol.mission import Mission
 
@@ -40,7 +40,7 @@ class Blocked:
         return dissolved > DISSOLVED_MAX or (is_blocked and dissolved == DISSOLVED_MAX)
 
     @property
-    def wish(self) -> Wish:
+    def wish(self) -> Reason:
         """What it wants when it is blocked."""
         robot = self._strand.robot
-        return Wish(Cause.BLOCKED, f"the way of robot {robot} is blocked", about=robot)
+        return Reason(Cause.BLOCKED, f"the way of robot {robot} is blocked", about=robot)

@@ -18,6 +18,7 @@ import math
 from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import Command, Note
+from agents.liveness.reason import Reason, Turnabout
 from agents.navigation.leg import place_is_clear
 from agents.navigation.scan import View
 from agents.navigation.step import Crossed, LookCloser, NoStep
@@ -25,7 +26,6 @@ from agents.navigation.sure import closer
 from agents.strand.leader import NO_WAY, DeadEnd, Leader, Plan, Wait
 from agents.strand.memory import Memory
 from agents.strand.strand import Strand
-from agents.strand.wish import Turnabout, Wish
 from protocol.arrays import Floats, xy
 from protocol.fence import Cause
 from protocol.mission import Mission
@@ -60,10 +60,10 @@ class Leading:
         self._plans_again_s = -math.inf
         self._waits = False  # for the strand to close up
         self._stuck_at_s = math.inf
-        self._wish: Wish | None = None
+        self._wish: Reason | None = None
 
     @property
-    def wish(self) -> Wish | None:
+    def wish(self) -> Reason | None:
         """What it wants."""
         return self._wish
 
@@ -136,7 +136,7 @@ class Leading:
         """
         strand, leader = self._strand, self._memory.leader(self._driver.odometry.pose)
         if strand.grants.withheld and not self._begins:
-            self._wish = Wish(Cause.MISFIT, "it began too near to something for others to come there")
+            self._wish = Reason(Cause.MISFIT, "it began too near to something for others to come there")
             return []
         if leader.is_done(self._position()):
             strand.lead_on()
@@ -145,7 +145,7 @@ class Leading:
             return []
         if self._off_path_m > self._mission.mu0_m and self._mission.promises_clearance:
             why = f"robot {strand.robot} stands {self._off_path_m:.3f} m off the path's end"
-            self._wish = Wish(Cause.MISFIT, why, about=strand.robot)
+            self._wish = Reason(Cause.MISFIT, why, about=strand.robot)
             return []
         scan = self._senses.take()
         if scan is None:
@@ -236,7 +236,7 @@ class Leading:
         turnabout = Turnabout(
             cut_m=0.0, end_m=self._driver.progress_m, back_by_m=max(0.0, path.end_m - back_to_m)
         )
-        self._wish = Wish(Cause.DEAD_END, "the only way leads back", turnabout=turnabout)
+        self._wish = Reason(Cause.DEAD_END, "the only way leads back", turnabout=turnabout)
         return []
 
     def _begin(self, planned: StepPlanned) -> list[Command]:
@@ -259,7 +259,7 @@ class Leading:
             waited_s = min(self._driver.odometry.stood_s, now_s - self._stuck_at_s)
             may_come_back = self._some_are_left_out and waited_s < COMES_BACK_S
             return [] if may_come_back else self._lose(reason)
-        self._wish = Wish(Cause.NO_WAY, reason)
+        self._wish = Reason(Cause.NO_WAY, reason)
         return []
 
     def _lose(self, reason: str) -> list[Command]:

@@ -16,6 +16,7 @@ from agents.body.senses import Senses
 from agents.body.watch import Watch
 from agents.commands import Command, Note
 from agents.events import LinkHeard
+from agents.liveness.reason import Reason
 from agents.strand.advance import Advance, Following
 from agents.strand.blocked import Blocked
 from agents.strand.follower import Follower
@@ -24,7 +25,6 @@ from agents.strand.memory import Memory
 from agents.strand.news import Own
 from agents.strand.reversing import Reversing
 from agents.strand.strand import Strand
-from agents.strand.wish import Wish
 from protocol.fence import Bearing, Cause
 from protocol.mission import Mission
 from protocol.path import Path
@@ -85,7 +85,7 @@ class Member:
         off_m = math.hypot(pose.x_m - formation.place.x_m, pose.y_m - formation.place.y_m)
         self._misfit = off_m > mission.mu0_m
         self._wish = (
-            Wish(Cause.MISFIT, f"robot {robot} stands {off_m:.3f} m off its place", about=robot)
+            Reason(Cause.MISFIT, f"robot {robot} stands {off_m:.3f} m off its place", about=robot)
             if self._misfit
             else None
         )
@@ -103,7 +103,7 @@ class Member:
         return not self._misfit
 
     @property
-    def wish(self) -> Wish | None:
+    def wish(self) -> Reason | None:
         """What it wants; None: nothing."""
         return self._wish
 

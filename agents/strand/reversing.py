@@ -9,10 +9,10 @@ Rule 3: where the path ends, and all robots behind stand, it stays the leader if
 
 from agents.body.driver import Driver
 from agents.commands import Command
+from agents.liveness.reason import Reason, Turnabout
 from agents.strand.advance import Advance
 from agents.strand.leading import SETTLED_S, Leading
 from agents.strand.strand import Strand
-from agents.strand.wish import Turnabout, Wish
 from protocol.fence import Cause
 from protocol.path import THERE_M
 
@@ -25,10 +25,10 @@ class Reversing:
         self._strand = strand
         self._advance = advance
         self._leading = leading
-        self._wish: Wish | None = None
+        self._wish: Reason | None = None
 
     @property
-    def wish(self) -> Wish | None:
+    def wish(self) -> Reason | None:
         """What it wants."""
         return self._wish or self._leading.wish
 
@@ -52,4 +52,4 @@ class Reversing:
         driver.stand()
         if driver.standing and self._wish is None:
             turnabout = Turnabout(cut_m=strand.back_by_m, end_m=driver.progress_m, back_by_m=0.0)
-            self._wish = Wish(Cause.DEAD_END, "the tail has come back far enough", turnabout=turnabout)
+            self._wish = Reason(Cause.DEAD_END, "the tail has come back far enough", turnabout=turnabout)

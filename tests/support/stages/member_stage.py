@@ -19,9 +19,9 @@ from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import AskScan, Command, Note, Tell
 from agents.events import LinkHeard
+from agents.liveness.reason import Turnabout
 from agents.strand.member import Member
 from agents.strand.memory import Memory
-from agents.strand.wish import Turnabout
 from protocol.arrays import scan_bearings_rad
 from protocol.fence import Cause, Epoch, Fence, obeys
 from protocol.frames import Pose

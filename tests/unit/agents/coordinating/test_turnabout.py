@@ -2,8 +2,8 @@
 
 import pytest
 
-from agents.coordinating.turnabout import turned_round
-from agents.strand.wish import Turnabout
+from agents.coordinating.turnabout import Turning, turned_round
+from agents.liveness.reason import Turnabout
 from protocol.fence import Epoch
 from protocol.frames import Point, Pose
 from protocol.path import Path
@@ -13,7 +13,7 @@ ENDED = Epoch(generation=2, robot=1, life=5)
 VIEW = Epoch(generation=3, robot=1, life=5)
 PATH = Path([Point(x_m=0.0, y_m=0.0), Point(x_m=2.0, y_m=0.0), Point(x_m=2.0, y_m=2.0)])
 AT_M = {1: 4.0, 2: 3.0, 3: 1.5}
-TURN = Turnabout(cut_m=0.5, end_m=4.0, back_by_m=1.0)
+TURNING = Turning(Turnabout(cut_m=0.5, end_m=4.0, back_by_m=1.0), ENDED, 3, PATH)
 
 
 def report(robot: int, formers: tuple[Former, ...]) -> Report:
@@ -34,7 +34,7 @@ def reports(**change: Former) -> dict[int, Report]:
 
 
 def test_the_order_is_reversed_and_the_path_is_cut_and_goes_the_other_way() -> None:
-    turned = turned_round(TURN, PATH, reports(), ended=ENDED, robots=3)
+    turned = turned_round(TURNING, reports())
     assert turned is not None
     order, path, places_m = turned
     assert order == (3, 2, 1)
@@ -52,19 +52,19 @@ def test_the_order_is_reversed_and_the_path_is_cut_and_goes_the_other_way() -> N
     ],
 )
 def test_a_strand_of_which_not_all_stand_in_their_order_does_not_turn_round(former: Former) -> None:
-    assert turned_round(TURN, PATH, reports(r2=former), ended=ENDED, robots=3) is None
+    assert turned_round(TURNING, reports(r2=former)) is None
 
 
 def test_a_strand_of_which_one_has_not_reported_does_not_turn_round() -> None:
     there = reports()
     del there[2]
-    assert turned_round(TURN, PATH, there, ended=ENDED, robots=3) is None
+    assert turned_round(TURNING, there) is None
     del there[3]
-    assert turned_round(TURN, PATH, there, ended=ENDED, robots=3) is None, "nor without its tail"
+    assert turned_round(TURNING, there) is None, "nor without its tail"
 
 
 def test_a_robot_that_was_not_in_it_does_not_keep_the_strand_from_turning_round() -> None:
     there = {**reports(), 4: report(4, ())}
-    turned = turned_round(TURN, PATH, there, ended=ENDED, robots=3)
+    turned = turned_round(TURNING, there)
     assert turned is not None
     assert turned[0] == (3, 2, 1)

@@ -4,7 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agents.commands import Command, Note, Put
-from agents.liveness.raising import Raising, Reason
+from agents.liveness.raising import Raising
+from agents.liveness.reason import Reason
 from agents.liveness.timing import Timing
 from protocol.fence import Cause, Epoch, Fence, May, Raise
 from protocol.timeline import ViewProposed

@@ -5,11 +5,11 @@ from msgspec.structs import replace
 
 from agents.commands import AskScan, Note
 from agents.events import LinkHeard
+from agents.liveness.reason import Turnabout
 from agents.navigation.step import NoStep
 from agents.strand.blocked import BLOCKED_S, DISSOLVED_MAX
 from agents.strand.leader import NO_WAY, DeadEnd, Leader, Wait
 from agents.strand.leading import SETTLED_S, TURNS_MAX
-from agents.strand.wish import Turnabout
 from protocol.fence import Cause
 from protocol.frames import Point, Pose, Vertex
 from protocol.path import Path

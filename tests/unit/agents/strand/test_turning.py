@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from agents.strand.wish import Turnabout
+from agents.liveness.reason import Turnabout
 from protocol.frames import Point
 from protocol.timeline import MessageRefused
 from tests.support.stages.member_stage import MemberStage, row

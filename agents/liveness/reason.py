@@ -1,4 +1,4 @@
-"""What a member of a strand can ask of the fleet: a view, and why."""
+"""Why a robot wants a view. Data."""
 
 from dataclasses import dataclass
 
@@ -18,12 +18,14 @@ class Turnabout:
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
-    """A member wants a view."""
+class Reason:
+    """Why a robot wants a view."""
 
     cause: Cause
     why: str
     about: int | None = None
     """The robot that is the reason, if one is."""
+    how: str = ""
+    """NEIGHBOUR_LOST: `token` or `silence`."""
     turnabout: Turnabout | None = None
-    """With `DEAD_END`."""
+    """DEAD_END: how the strand is to turn round."""
