@@ -5,7 +5,6 @@ Rule 1 (safety): a link is to one life of a robot in one epoch. A state of anoth
 Rule 2 (safety): the newest state by its number is kept; older states and repetitions change nothing.
 Rule 3 (liveness): how long a link has been silent is the age of the newest time stamp that was heard, by the
         world's clock. So messages that were delayed for long renew nothing.
-Rule 4 (liveness): the silent share of the time is an exponential mean over the last `LATELY_S`.
 """
 
 import math
@@ -16,8 +15,6 @@ from protocol.fence import Epoch, Life
 from protocol.wire.messages import AheadState, BehindState
 
 State = TypeVar("State", AheadState, BehindState)
-
-LATELY_S = 10.0  # longer than two silences that a link survives
 
 
 @dataclass(slots=True)
@@ -33,9 +30,6 @@ class Link(Generic[State]):
     """The newest time stamp heard; one that is ahead of the own time counts as that."""
     silent: bool = False
     """Whether the silence has been noted."""
-    silent_share: float = 0.0
-    """Rule 4."""
-    _noted_s: float = -math.inf
     _number: int = 0
 
     def is_from(self, robot: int, state: AheadState | BehindState) -> bool:
@@ -59,13 +53,8 @@ class Link(Generic[State]):
         return max(0.0, now_s - max(self.heard_at_s, self.made_at_s))
 
     def note(self, now_s: float, *, silence_s: float) -> bool:
-        """Rule 4, to be called regularly; returns whether the link has fallen silent, or is heard again."""
+        """To be called regularly; returns whether the link has fallen silent, or is heard again."""
         was_silent = self.silent
         # As by `silent_s`: it is called several times in each event.
         self.silent = now_s - self.heard_at_s > silence_s and now_s - self.made_at_s > silence_s
-        if now_s > self._noted_s:
-            passed_s = now_s - max(self._noted_s, self.made_at_s)
-            self._noted_s = now_s
-            if passed_s > 0.0:
-                self.silent_share += (self.silent - self.silent_share) * -math.expm1(-passed_s / LATELY_S)
         return self.silent != was_silent

@@ -1,13 +1,11 @@
 """One end of a link: what is taken from it, and how long it has been silent."""
 
-import math
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol.fence import Epoch
-from protocol.wire.link import LATELY_S, Link
+from protocol.wire.link import Link
 from protocol.wire.messages import BehindState
 
 SILENCE_S = 1.0
@@ -99,15 +97,3 @@ def test_each_silence_and_its_end_are_noted_once() -> None:
         noted.append((link.note(t_s, silence_s=SILENCE_S), link.silent))
     changed, last = (True, True), (True, False)
     assert noted == [(False, False), (False, False), changed, (False, True), last, (False, False)]
-
-
-def test_the_silent_share_decays_at_the_rate_at_which_it_grew() -> None:
-    link, shares = made(), []
-    for second in range(1, 60):
-        if second > 30:
-            link.hear(state(t_s=float(second)), second, now_s=float(second))
-        link.note(float(second), silence_s=SILENCE_S)
-        shares.append(link.silent_share)
-    assert shares[0] == 0.0, "not silent yet"
-    assert shares[29] == pytest.approx(1.0 - math.exp(-29.0 / LATELY_S))
-    assert shares[-1] == pytest.approx(shares[29] * math.exp(-29.0 / LATELY_S))
