@@ -58,13 +58,12 @@ class Agreement:
     path_bounds: Bounds | None = None
     """In which the path is laid."""
 
-    def drafted(
-        self, order: Sequence[int], legs: Legs, driven: frozenset[int], reports: Reports, *, turn: int
-    ) -> Plan:
+    def drafted(self, order: Sequence[int], legs: Legs, reports: Reports, *, turn: int) -> Plan:
         """The formation of a drafted strand; of its front, if a message can tell no more."""
         while True:
             laid = lay_path(order, places_of(reports), legs, self.path_bounds)
-            plan = self._plan(tuple(order), laid, driven.intersection(order[1:]), reports, turn=turn)
+            driven = frozenset(legs).intersection(order[1:])
+            plan = self._plan(tuple(order), laid, driven, reports, turn=turn)
             if len(order) == 1 or fits(plan.as_record()):
                 return plan
             order = order[: -1 - len(order) // LEFT_OUT_PART]

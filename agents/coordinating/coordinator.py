@@ -219,8 +219,7 @@ class Coordinator:
             return []
         if not self._telling.has_map(draft.strand[0], now_s):
             return []
-        driven = frozenset(draft.driven)
-        plan = self._agreement.drafted(draft.strand, draft.legs, driven, self._reports, turn=fence.turn + 1)
+        plan = self._agreement.drafted(draft.strand, draft.legs, self._reports, turn=fence.turn + 1)
         no_room = self._no_room.union(draft.strand).difference(plan.order)
         stranded = self._agreement.stranded(plan, self._reports, frozenset(no_room))
         return stranded + self._make(plan, fence, now_s)

@@ -78,8 +78,7 @@ class Draft:
     strand: list[int] = field(default_factory=list)
     """The robots in place, leader first."""
     legs: dict[int, tuple[Point, ...]] = field(default_factory=dict)
-    driven: set[int] = field(default_factory=set)
-    """Whose leg the robot ahead has driven."""
+    """Those that the robot ahead has driven, by the robot behind."""
     _stayed: tuple[int, ...] = ()
     _holds: int = 0  # so many have to be in place for the order that is tried
     _trial: bool = True
@@ -146,8 +145,7 @@ class Draft:
         while clear < len(self.order) and sees(self.order[clear]).clear:
             clear += 1
         order = self.order[:clear]
-        self.driven = {robot for robot in order[1:] if sees(robot).driven}
-        self.legs = {robot: sees(robot).way for robot in self.driven}
+        self.legs = {robot: sees(robot).way for robot in order[1:] if sees(robot).driven}
         count = robots_in_place(places_of(reports), order, self.legs, self.mission)
         if count < self._holds:
             self._trial = False
@@ -171,7 +169,6 @@ class Draft:
 
     def end_turn(self, robot: int, *, placed: bool) -> None:
         """A robot has ended its turn, in place or in vain, or has lost it."""
-        self.driven.discard(robot)
         self.legs.pop(robot, None)
         if not placed:
             self._in_vain.pop(robot, None)  # so that the newest stands last

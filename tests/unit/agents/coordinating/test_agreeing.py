@@ -105,7 +105,7 @@ def test_a_formation_has_as_many_robots_as_a_message_can_tell_and_the_others_lea
         for robot, place in zip(robots, places, strict=True)
     }
     agreement = Agreement(2, EPOCH, Intent(Cause.START), sensed=False)
-    plan = agreement.drafted(robots, {}, frozenset(), reports, turn=1)
+    plan = agreement.drafted(robots, {}, reports, turn=1)
     Outbox().add(plan.as_record(), t_s=0.0, hlc="")  # else the coordinator would end here
     assert 1000 < len(plan.order) < ROBOTS_MAX
     assert plan.order == tuple(robots[: len(plan.order)])

@@ -37,7 +37,7 @@ def told(had_turn: set[int], *, is_made: bool) -> dict[int, Answer]:
     telling = Telling(EPOCH, TIMING, reported, questions, turns)
     if is_made:
         agreement = Agreement(1, EPOCH, Intent(Cause.START), sensed=False)
-        telling.tell(agreement.drafted(PLACED, {}, frozenset(), reported.counted, turn=9), 0.0)
+        telling.tell(agreement.drafted(PLACED, {}, reported.counted, turn=9), 0.0)
     odometry = Odometry(
         n=1, t_s=0.0, pose=report(1).place, moving=False, finished=0, fence=Fence(), phase=Phase.RUNNING
     )
