@@ -288,7 +288,7 @@ def test_the_last_in_place_keeps_its_place_and_its_leg_where_nobody_comes_before
     assert draft.next(there, 0.0, others_may_come_back=False) == Give(4)
     draft.end_turn(4, placed=False)
     assert draft.next(there, 0.0, others_may_come_back=False) == Done()
-    assert (draft.strand, draft.legs.keys()) == ([1, 2, 3], {2, 3})
+    assert (draft.strand, set(draft.legs)) == ([1, 2, 3], {2, 3})
 
 
 def test_room_is_made_once_where_no_more_robots_come_in_place_by_it() -> None:
