@@ -17,7 +17,7 @@ from collections.abc import Mapping
 
 from agents.commands import Command, Note
 from agents.coordinating.agreeing import Agreement, Intent
-from agents.coordinating.draft import Begin, Done, Draft, Give, Wait
+from agents.coordinating.draft import Draft, NoTurn
 from agents.coordinating.drafted import Drafted, drafted
 from agents.coordinating.formation import Plan
 from agents.coordinating.phases import PHASES, Phase
@@ -174,7 +174,7 @@ class Coordinator:
         others_may_come_back = not self._reported.others_have_gone(self._mission.robots, gone_s)
         next_ = draft.next(self._reports, now_s, others_may_come_back=others_may_come_back)
         match next_:
-            case Give(robot):
+            case int(robot):
                 join = draft.join(robot, self._reports, fence.turn + 1)
                 if fits(join):
                     self._join = join
@@ -183,11 +183,11 @@ class Coordinator:
                     return self._turns.put(fence, now_s, may=May.ONE, robot=robot, life=life)
                 self._no_room.add(robot)
                 draft.end_turn(robot, placed=False)
-            case Begin():
+            case NoTurn.BEGIN:
                 self._enter(Phase.GATHERING)
-            case Done():
+            case NoTurn.DONE:
                 self._enter(Phase.CLOSING)
-            case Wait():
+            case NoTurn.WAIT:
                 pass
         return self._take_back(fence, now_s)
 

@@ -18,6 +18,7 @@ Rule 6: a leader that has arrived goes on to nowhere. So those without a way are
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import Enum, auto
 
 import numpy as np
 
@@ -39,29 +40,12 @@ from protocol.mission import Mission
 from protocol.wire.view import Join, Look, Report
 
 
-@dataclass(frozen=True, slots=True)
-class Give:
-    """The turn goes to a robot."""
+class NoTurn(Enum):
+    """What is to be done where no robot gets the turn."""
 
-    robot: int
-
-
-@dataclass(frozen=True, slots=True)
-class Wait:
-    """There is nothing to do now."""
-
-
-@dataclass(frozen=True, slots=True)
-class Begin:
-    """Another order is to be tried."""
-
-
-@dataclass(frozen=True, slots=True)
-class Done:
-    """Those in place are the strand; the others are left out."""
-
-
-Next = Give | Wait | Begin | Done
+    WAIT = auto()  # nothing now
+    BEGIN = auto()  # another order is to be tried
+    DONE = auto()  # those in place are the strand; the others are left out
 
 
 @dataclass(slots=True)
@@ -176,39 +160,43 @@ class Draft:
         else:
             self.strand, self._makes_room = [*self.front, robot], False
 
-    def next(self, reports: Mapping[int, Report], now_s: float, *, others_may_come_back: bool) -> Next:
-        """Rules 2 to 6."""
+    def next(
+        self, reports: Mapping[int, Report], now_s: float, *, others_may_come_back: bool
+    ) -> int | NoTurn:
+        """The robot that gets the turn (rules 2 to 6)."""
         waiting = [robot for robot in sorted(reports) if robot not in self.strand]
         if not waiting:
-            return Done()
+            return NoTurn.DONE
         free = sorted({*waiting} - self.tried)
         if free and all(robot in self._in_vain for robot in free):
-            return Give(next(robot for robot in reversed(self._in_vain) if robot in free))
+            return next(robot for robot in reversed(self._in_vain) if robot in free)
         if free:
             places = places_of(reports)
             off_m = np.hypot(*(positions(places, free) - positions(places, self.front[-1:])).T)
-            return Give(free[int(np.argmin(off_m))])
+            return free[int(np.argmin(off_m))]
         goes_on = self.cause is Cause.PLEA and not reports[self.strand[0]].arrived
         if goes_on and self._stayed and set(self._stayed) <= set(self.strand):
-            return Done()
+            return NoTurn.DONE
         return self._give_up(reports, now_s, others_may_come_back=others_may_come_back)
 
-    def _give_up(self, reports: Mapping[int, Report], now_s: float, *, others_may_come_back: bool) -> Next:
+    def _give_up(
+        self, reports: Mapping[int, Report], now_s: float, *, others_may_come_back: bool
+    ) -> int | NoTurn:
         """Rules 3, 4 and 6."""
         places = places_of(reports)
         self._stuck_at_s = now_s if self._stuck_at_s is None else self._stuck_at_s
         is_new = now_s - self._stuck_at_s < self.timing.comes_back_s
         if is_new and others_may_come_back:
-            return Wait()
+            return NoTurn.WAIT
         goal, leader = self.mission.goal, self.strand[0]
         if goal is None or other_order(places, self.led, goal)[0] == leader:
             if not reports[leader].arrived or len(self.strand) <= self._made_room:
-                return Done()
+                return NoTurn.DONE
             self._makes_room, self._made_room = True, len(self.strand)
             return self.next(reports, now_s, others_may_come_back=others_may_come_back)
         self.led, self.strand, self._trial = (*self.led, leader), [], False
         self._in_vain.clear()
-        return Begin()
+        return NoTurn.BEGIN
 
     def drop(self, robot: int) -> None:
         """A robot is no longer in place, if it was."""

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 from msgspec.structs import replace
 
-from agents.coordinating.draft import Begin, Done, Draft, Give, Wait
+from agents.coordinating.draft import Draft, NoTurn
 from agents.liveness.timing import Timing
 from protocol.fence import Cause, Epoch
 from protocol.frames import Point, Pose
@@ -136,9 +136,9 @@ def test_a_robot_in_front_leads_those_that_have_stayed_only_if_nobody_has_to_mov
 def test_the_turn_goes_to_the_nearest_that_is_not_in_place_and_has_not_had_one_in_vain() -> None:
     there, draft = reports(QUEUE), drafted()
     settled(draft, there, 2)
-    assert draft.next(there, 0.0, others_may_come_back=False) == Give(3)
+    assert draft.next(there, 0.0, others_may_come_back=False) == 3
     draft.end_turn(3, placed=False)
-    assert draft.next(there, 0.0, others_may_come_back=False) == Give(4)
+    assert draft.next(there, 0.0, others_may_come_back=False) == 4
 
 
 def test_a_draft_that_begins_again_with_the_same_strand_repeats_no_turn_that_was_in_vain() -> None:
@@ -147,18 +147,18 @@ def test_a_draft_that_begins_again_with_the_same_strand_repeats_no_turn_that_was
     draft.end_turn(3, placed=False)
     draft.admit()
     settled(draft, there, 2)
-    assert draft.next(there, 0.0, others_may_come_back=False) == Give(4)
+    assert draft.next(there, 0.0, others_may_come_back=False) == 4
     settled(draft, there)
-    assert draft.next(there, 0.0, others_may_come_back=False) == Give(2), "behind another strand all may try"
+    assert draft.next(there, 0.0, others_may_come_back=False) == 2, "behind another strand all may try"
     draft.end_turn(2, placed=False)
-    assert draft.next(there, 0.0, others_may_come_back=False) == Give(3)
+    assert draft.next(there, 0.0, others_may_come_back=False) == 3
 
 
 def test_when_a_robot_comes_to_a_place_all_others_may_have_a_turn_again() -> None:
     there, draft = reports(QUEUE), settled(drafted(), reports(QUEUE), 2)
     draft.end_turn(3, placed=False)
     draft.end_turn(4, placed=True)
-    assert draft.next(there, 0.0, others_may_come_back=False) == Give(3)
+    assert draft.next(there, 0.0, others_may_come_back=False) == 3
 
 
 def test_of_robots_that_all_had_a_turn_in_vain_the_last_is_the_first_behind_another_strand() -> None:
@@ -166,16 +166,16 @@ def test_of_robots_that_all_had_a_turn_in_vain_the_last_is_the_first_behind_anot
     there = reports(QUEUE)
     draft = settled(drafted(), there)
     for robot in (2, 3):
-        assert draft.next(there, 0.0, others_may_come_back=False) == Give(robot)
+        assert draft.next(there, 0.0, others_may_come_back=False) == robot
         draft.end_turn(robot, placed=False)
     draft.end_turn(4, placed=True)
-    assert draft.next(there, 0.0, others_may_come_back=False) == Give(3)
+    assert draft.next(there, 0.0, others_may_come_back=False) == 3
 
 
 def test_a_draft_is_done_when_all_are_in_place() -> None:
     there = reports(QUEUE)
     draft = settled(drafted(), there, 2, 3, 4)
-    assert draft.next(there, 0.0, others_may_come_back=False) == Done()
+    assert draft.next(there, 0.0, others_may_come_back=False) == NoTurn.DONE
 
 
 # --- rule 3: other leaders ------------------------------------------------------------------------------
@@ -192,13 +192,13 @@ def tried(draft: Draft, there: Reports) -> list[int]:
     led = [settled(draft, there).strand[0]]
     for _ in range(200):
         match draft.next(there, 0.0, others_may_come_back=False):
-            case Give(robot):
+            case int(robot):
                 draft.end_turn(robot, placed=False)
-            case Begin():
+            case NoTurn.BEGIN:
                 led.append(settled(draft, there).strand[0])
-            case Done():
+            case NoTurn.DONE:
                 return led
-            case Wait():
+            case NoTurn.WAIT:
                 pass
     raise AssertionError("it is never done")
 
@@ -218,7 +218,7 @@ def test_where_that_is_in_vain_the_nearest_to_the_goal_leads_that_has_not(
 def test_those_in_place_go_on_at_once_if_nobody_is_nearer_to_the_goal(in_place: tuple[int, ...]) -> None:
     there = reports(QUEUE)
     draft = in_vain(settled(drafted(), there, *in_place), *(set(QUEUE) - {1, *in_place}))
-    assert draft.next(there, 0.0, others_may_come_back=False) == Done()
+    assert draft.next(there, 0.0, others_may_come_back=False) == NoTurn.DONE
     assert draft.strand == [1, *in_place]
 
 
@@ -226,10 +226,9 @@ def test_one_that_has_led_in_vain_does_not_count_though_it_stands_nearer_to_the_
     there = reports(QUEUE)
     draft = settled(drafted(cause=Cause.NO_WAY, led=(1,)), there)
     assert draft.strand == [2]
-    while isinstance(following := draft.next(there, 0.0, others_may_come_back=False), Give | Wait):
-        if isinstance(following, Give):
-            draft.end_turn(following.robot, placed=following.robot != 1)
-    assert following == Done()
+    while (following := draft.next(there, 0.0, others_may_come_back=False)) is not NoTurn.DONE:
+        if isinstance(following, int):
+            draft.end_turn(following, placed=following != 1)
     assert draft.strand[0] == 2
 
 
@@ -240,14 +239,14 @@ def test_robots_that_may_come_back_are_waited_for_once() -> None:
     there = reports({robot: QUEUE[robot] for robot in (1, 2, 3)})
     draft = in_vain(settled(drafted(), there, 2), 3)
     for now_s in (0.0, TIMING.comes_back_s - 0.1):
-        assert draft.next(there, now_s, others_may_come_back=True) == Wait()
-    assert draft.next(there, TIMING.comes_back_s, others_may_come_back=True) == Done()
+        assert draft.next(there, now_s, others_may_come_back=True) == NoTurn.WAIT
+    assert draft.next(there, TIMING.comes_back_s, others_may_come_back=True) == NoTurn.DONE
 
 
 def test_robots_that_have_gone_for_long_are_not_waited_for() -> None:
     there = reports({robot: QUEUE[robot] for robot in (1, 2, 3)})
     draft = in_vain(settled(drafted(), there, 2), 3)
-    assert draft.next(there, 0.0, others_may_come_back=False) == Done()
+    assert draft.next(there, 0.0, others_may_come_back=False) == NoTurn.DONE
 
 
 # --- rule 5: letting in -----------------------------------------------------------------------------------
@@ -256,9 +255,9 @@ def test_robots_that_have_gone_for_long_are_not_waited_for() -> None:
 def test_a_strand_goes_on_as_it_was_if_a_robot_that_asks_to_be_let_in_finds_no_way() -> None:
     there = reports(QUEUE, BEFORE, 1, 2, 3)
     draft = settled(drafted(cause=Cause.PLEA), there, driven=(2, 3))
-    assert draft.next(there, 0.0, others_may_come_back=True) == Give(4)
+    assert draft.next(there, 0.0, others_may_come_back=True) == 4
     draft.end_turn(4, placed=False)
-    assert draft.next(there, 0.0, others_may_come_back=True) == Done()
+    assert draft.next(there, 0.0, others_may_come_back=True) == NoTurn.DONE
     assert draft.strand == [1, 2, 3]
 
 
@@ -272,22 +271,22 @@ def at_the_goal(there: Reports, leader: int) -> Reports:
 def test_where_the_leader_has_arrived_a_robot_without_a_way_may_come_before_the_last_in_place() -> None:
     there = at_the_goal(reports(QUEUE), 1)
     draft = in_vain(settled(drafted(), there, 2, 3), 4)
-    assert draft.next(there, 0.0, others_may_come_back=False) == Give(4)
+    assert draft.next(there, 0.0, others_may_come_back=False) == 4
     assert (draft.front, draft.strand) == ([1, 2], [1, 2, 3])
     draft.end_turn(4, placed=True)
     assert (draft.strand, draft.front) == ([1, 2, 4], [1, 2, 4])
-    assert draft.next(there, 0.0, others_may_come_back=False) == Give(3)
+    assert draft.next(there, 0.0, others_may_come_back=False) == 3
     draft.end_turn(3, placed=True)
-    assert draft.next(there, 0.0, others_may_come_back=False) == Done()
+    assert draft.next(there, 0.0, others_may_come_back=False) == NoTurn.DONE
     assert draft.strand == [1, 2, 4, 3]
 
 
 def test_the_last_in_place_keeps_its_place_and_its_leg_where_nobody_comes_before_it() -> None:
     there = at_the_goal(reports(QUEUE, BEFORE, 1, 2, 3), 1)
     draft = in_vain(settled(drafted(), there, driven=(2, 3)), 4)
-    assert draft.next(there, 0.0, others_may_come_back=False) == Give(4)
+    assert draft.next(there, 0.0, others_may_come_back=False) == 4
     draft.end_turn(4, placed=False)
-    assert draft.next(there, 0.0, others_may_come_back=False) == Done()
+    assert draft.next(there, 0.0, others_may_come_back=False) == NoTurn.DONE
     assert (draft.strand, set(draft.legs)) == ([1, 2, 3], {2, 3})
 
 
@@ -295,10 +294,10 @@ def test_room_is_made_once_where_no_more_robots_come_in_place_by_it() -> None:
     there = at_the_goal(reports(QUEUE), 1)
     draft = in_vain(settled(drafted(), there, 2), 3, 4)
     turns: list[int] = []
-    while isinstance(following := draft.next(there, 0.0, others_may_come_back=False), Give):
-        turns.append(following.robot)
-        draft.end_turn(following.robot, placed=draft.front == [1])
-    assert following == Done()
+    while isinstance(following := draft.next(there, 0.0, others_may_come_back=False), int):
+        turns.append(following)
+        draft.end_turn(following, placed=draft.front == [1])
+    assert following == NoTurn.DONE
     assert turns == [4, 3, 2]
     assert draft.strand == [1, 4]
 
@@ -309,4 +308,4 @@ def test_a_leader_on_its_way_and_one_that_stands_alone_let_nobody_come_between(
 ) -> None:
     there = reports(QUEUE) if in_place else at_the_goal(reports(QUEUE), 1)
     draft = in_vain(settled(drafted(), there, *in_place), *(set(QUEUE) - {1, *in_place}))
-    assert draft.next(there, 0.0, others_may_come_back=False) == Done()
+    assert draft.next(there, 0.0, others_may_come_back=False) == NoTurn.DONE
