@@ -75,8 +75,9 @@ class Agreement:
         if turning is None or found is None:
             return None
         order, path, places_m = found
-        plan = self._plan(order, (path, places_m), frozenset(order[1:]), reports, turn=turn)
-        return plan.backing_up(turning.turnabout.back_by_m) if fits(plan.as_record()) else None
+        back_by_m, driven = turning.turnabout.back_by_m, frozenset(order[1:])
+        plan = self._plan(order, (path, places_m), driven, reports, turn=turn, back_by_m=back_by_m)
+        return plan if fits(plan.as_record()) else None
 
     def stranded(self, plan: Plan, reports: Reports, no_room: frozenset[int]) -> list[Command]:
         """A record for each robot that has reported and has no place in the formation.
@@ -127,6 +128,7 @@ class Agreement:
         reports: Reports,
         *,
         turn: int,
+        back_by_m: float = 0.0,
     ) -> Plan:
         newest = newest_map(reports)
         return Plan(
@@ -138,6 +140,7 @@ class Agreement:
             path=laid[0],
             places_m=laid[1],
             driven=driven,
+            back_by_m=back_by_m,
             counters=self.counters(reports),
             heals=self.intent.heals,
             led_by=self.intent.led_by,

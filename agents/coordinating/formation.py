@@ -22,7 +22,7 @@ Rule 4 (safety): the path keeps the radius and e from the bounds, which no scan 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -57,10 +57,6 @@ class Plan:
     map_number: int = 0
     seen: Seen | None = None
     sensed: bool = False
-
-    def backing_up(self, back_by_m: float) -> "Plan":
-        """The same of a strand whose tail wants to come back so far."""
-        return replace(self, back_by_m=back_by_m)
 
     def pieces(self, robot: int) -> tuple[Formation, ...]:
         """Rule 2: what one member is told."""
