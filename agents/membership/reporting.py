@@ -146,11 +146,9 @@ class Reporter:
             drive_m = DRIVE_SHARE * self.mission.mu0_m + THERE_M
             off_m_max = drive_m if self.mission.promises_clearance else math.inf
             way = self.past.places.leg_to(question.formers, pose, question.place, off_m_max=off_m_max)
-            if way is not None:
-                self._look = Look(number=question.number, clear=True, driven=True, way=way)
-                return []
-            if not self.mission.promises_clearance:
-                self._look = Look(number=question.number, clear=True)
+            is_driven = way is not None
+            if is_driven or not self.mission.promises_clearance:
+                self._look = Look(number=question.number, clear=True, driven=is_driven, way=way or ())
                 return []
         scan = senses.take()
         if scan is None:
@@ -164,8 +162,6 @@ class Reporter:
 
     def _judge(self, question: Question, seen: View) -> Look:
         if question.place is None:
-            nearest_m = seen.nearest_m
-            range_m = self.mission.range_m_max
-            return Look(number=question.number, obstacle_m=range_m if nearest_m is None else nearest_m)
+            return Look(number=question.number, obstacle_m=seen.nearest_m)
         clear = leg_is_clear(seen, xy(question.place), self.mission)
         return Look(number=question.number, clear=clear)

@@ -79,7 +79,7 @@ class Look(Struct, frozen=True, gc=False, kw_only=True):
     clear: bool = False
     """Whether nothing is in the way on its leg."""
     obstacle_m: Length | None = None
-    """Distance to the nearest hit that is no robot; the range limit where there is none."""
+    """Distance to the nearest hit that is no robot; null: there is none within the range limit."""
     driven: bool = False
     """Whether both stand on one path of one epoch, so that the robot ahead has driven the leg."""
     way: Annotated[tuple[Point, ...], Meta(max_length=LEG_CORNERS_MAX + 2)] = ()
