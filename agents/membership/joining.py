@@ -16,6 +16,7 @@ Rule 5: a search ends when its way is twice as long as it first seemed. Other ro
         to and fro: however short a step is, it takes time.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,25 +56,27 @@ class InPlace:
 class Joining:
     """What a robot remembers from step to step while it joins, and from view to view."""
 
-    def __init__(self, mission: Mission, start: Floats, *, epoch: int = 0) -> None:
+    _map: Map
+    _hits: Floats
+
+    def __init__(self, mission: Mission) -> None:
         self._mission = mission
-        self._epoch = epoch
-        self._robots: tuple[int, ...] = ()
-        self._map = Map(mission, start)
-        self._hits = np.empty((0, 2))
+        self._epoch = 0
+        self._robots: tuple[int, ...] | None = None
         self._way_m = 0.0
-        self._left_m: float | None = None
-        """How long the rest of this search may be (rule 5); None: it has not begun."""
+        self._left_m = math.inf
+        """How long the rest of this search may be (rule 5); without end: it has not begun."""
         self._steps = 0
 
     def begin(self, here: Floats, *, epoch: int, robots: tuple[int, ...]) -> None:
         """Begin a turn, beside these robots. Where nothing moves, only one that comes or goes is news."""
-        self._epoch, self._left_m = epoch, None
-        self._map.reopen()
-        if robots != self._robots or self._mission.obstacles_move:
-            self._robots = robots
-            self._map = Map(self._mission, here)
-            self._hits = np.empty((0, 2))
+        self._epoch, self._left_m = epoch, math.inf
+        if robots == self._robots and not self._mission.obstacles_move:
+            self._map.reopen()
+            return
+        self._robots = robots
+        self._map = Map(self._mission, here)
+        self._hits = np.empty((0, 2))
 
     def release(self) -> None:
         """Give up the cells of the map until the next turn."""
@@ -114,7 +117,7 @@ class Joining:
             if not np.isfinite(way_m).any():
                 break
             least_m = float(way_m.min())
-            if self._left_m is None:
+            if math.isinf(self._left_m):
                 self._left_m = LONGER * max(least_m, self._mission.leg_m_max)
             if least_m > self._left_m:
                 return NoStep("the way to a place is much longer than it seemed")
@@ -145,8 +148,7 @@ class Joining:
     def _record(self, step: Step, view: View, hulls: Flags) -> StepPlanned:
         self._steps += 1
         self._way_m += step.length_m
-        if self._left_m is not None:
-            self._left_m -= max(step.length_m, STEP_SHARE * self._mission.leg_m_max)
+        self._left_m -= max(step.length_m, STEP_SHARE * self._mission.leg_m_max)
         return planned(
             step, view, hulls, self._mission, number=self._steps, epoch=self._epoch, reach_m=self._way_m
         )

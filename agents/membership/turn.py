@@ -137,7 +137,7 @@ class OwnTurns:
             bearing = Bearing(epoch=fence.epoch, turn=fence.turn, life=self._life)
             self._driver.begin(0.0, bearing)
             here = xy(self._driver.odometry.pose)
-            self._joining = joining = self._joining or Joining(self._mission, here)
+            self._joining = joining = self._joining or Joining(self._mission)
             joining.begin(here, epoch=fence.epoch.number, robots=join.robots)
             self._taker = TurnTaker(self._mission, self._driver, self._senses, joining, join)
         return self._taker.act(now_s), self._taker.ended

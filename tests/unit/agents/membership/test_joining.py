@@ -237,13 +237,19 @@ def test_in_a_queue_nobody_moves_before_the_strand_has_formed_and_every_leg_is_l
 MISSION = under("certified", robots=3, robot_radius_m=0.1)
 
 
+def searching(mission: Mission, start: np.ndarray) -> Joining:
+    search = Joining(mission)
+    search.begin(start, epoch=0, robots=(1,))
+    return search
+
+
 def plan(
     shapes: list[Shape], stands: Stands, search: Joining | None = None
 ) -> StepPlanned | InPlace | NoStep:
     """What a robot plans, after closer looks if it wants them."""
     hulls: list[Shape] = [Circle(centre_m=(x, y), radius_m=0.1) for x, y in stands.all.tolist()]
     view = look_around([*shapes, *hulls], MISSION)
-    search = search or Joining(MISSION, view.position)
+    search = search or searching(MISSION, view.position)
     while isinstance(planned := search.plan(view, stands), LookCloser):
         revolutions = closer(MISSION, len(view.ranges_m))
         assert revolutions is not None, "there is no closer look"
@@ -290,7 +296,7 @@ def test_a_body_that_has_reported_since_and_driven_on_is_in_no_map_though_anothe
     ring: list[Shape] = [box(-0.6, 0.5, 1.2, 0.1), box(-0.6, -0.6, 1.2, 0.1)]
     ring += [box(-0.6, -0.5, 0.1, 1.0), box(0.5, -0.5, 0.1, 0.2), box(0.5, 0.3, 0.1, 0.2)]
     in_the_door = Circle(centre_m=(0.6, 0.0), radius_m=0.1)
-    stands, here, search = stand([(2.0, 0.0)], []), np.zeros(2), Joining(MISSION, np.zeros(2))
+    stands, here, search = stand([(2.0, 0.0)], []), np.zeros(2), Joining(MISSION)
     search.begin(here, epoch=1, robots=(1, 3))
     assert isinstance(plan([*ring, in_the_door], stands, search), NoStep)
     search.begin(here, epoch=2, robots=(1, 3))
@@ -305,7 +311,7 @@ def test_a_search_ends_that_creeps_though_its_way_stays_as_long_as_it_first_seem
     monkeypatch.setattr(joining, "certified_step_to", lambda *_: Step(0.0, GAIN_M))
     stands = stand([(2.0, 0.0)], [])
     view = look_around([], MISSION, revolutions=8)
-    search = Joining(MISSION, view.position)
+    search = searching(MISSION, view.position)
     planned = [search.plan(view, stands) for _ in range(9)]
     assert isinstance(planned[0], StepPlanned)
     assert planned[-1] == NoStep("the way to a place is much longer than it seemed")
@@ -328,7 +334,7 @@ def test_a_spot_that_the_closest_look_refuses_is_closed_until_the_turn_ends(
     monkeypatch.setattr(joining, "refused_at", refused_at)
     stands = stand([(2.0, 0.0)], [])
     first = look_around([], MISSION)
-    search = Joining(MISSION, first.position)
+    search = searching(MISSION, first.position)
     assert isinstance(search.plan(first, stands), LookCloser)
     assert not ways, "what a coarse look refuses is no reason"
     closest = look_around([], MISSION, revolutions=8)
@@ -338,7 +344,7 @@ def test_a_spot_that_the_closest_look_refuses_is_closed_until_the_turn_ends(
         for before in ways[:number]:
             assert np.hypot(*(way - before[len(before) // 2]).T).min() > MISSION.obstacle_keep_m / 4.0
     tried = len(ways)
-    search.begin(closest.position, epoch=1, robots=())
+    search.begin(closest.position, epoch=1, robots=(1,))
     assert isinstance(search.plan(closest, stands), NoStep)
     assert np.array_equal(ways[tried], ways[0]), "in another turn robots stand elsewhere"
 
@@ -369,7 +375,7 @@ def goes(start: Place, stands: Stands, mission: Mission) -> list[StepPlanned | I
     """What it plans until it stands, three steps later at most."""
     hulls: list[Shape] = [Circle(centre_m=(x, y), radius_m=0.1) for x, y in stands.all.tolist()]
     joining, at, revolutions = (
-        Joining(mission, np.array(start)),
+        searching(mission, np.array(start)),
         Pose(x_m=start[0], y_m=start[1], heading_rad=0.0),
         1,
     )
