@@ -93,7 +93,7 @@ class Draft:
     def begin(self, reports: Mapping[int, Report], obstacle_m: Mapping[int, float]) -> None:
         """Compute the order of those that have reported; who is in place is known when they have looked."""
         places = places_of(reports)
-        stayed = [robot for robot in self.strand if robot in reports]
+        stayed = self.strand
         if not stayed and self.keeps and not self.led:
             stayed = former_order(reports)
         self._stayed, self._holds, self._makes_room = (), 0, False

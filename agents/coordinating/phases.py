@@ -17,7 +17,7 @@ class Phase(StrEnum):
 PHASES = MappingProxyType(
     {
         Phase.GATHERING: frozenset({Phase.LOOKING, Phase.CLOSING}),
-        Phase.LOOKING: frozenset({Phase.LOOKING, Phase.TURNING, Phase.GATHERING}),
+        Phase.LOOKING: frozenset({Phase.TURNING, Phase.GATHERING}),
         Phase.TURNING: frozenset({Phase.CLOSING, Phase.GATHERING}),
         Phase.CLOSING: frozenset({Phase.FORMED, Phase.GATHERING}),
         Phase.FORMED: frozenset[Phase](),

@@ -164,7 +164,7 @@ class Membership:
             commands = self._deliver(commands, now_s)
             commands += self._deliver(self.coordinator.act(self._driver.odometry, now_s), now_s)
         proposed = self._proposing.act(
-            self._fence, self._driver.odometry, self._reporter, self.member, now_s,
+            self._driver.odometry, self._reporter, self.member, now_s,
             coordinates=self.coordinator is not None,
         )  # fmt: skip
         return commands + proposed

@@ -78,7 +78,6 @@ class Proposing:
 
     def act(
         self,
-        fence: Fence,
         odometry: Odometry,
         reporter: Reporter | None,
         member: Member | None,
@@ -87,6 +86,7 @@ class Proposing:
         coordinates: bool,
     ) -> list[Command]:
         """Propose a view if there is a reason to."""
+        fence = odometry.fence
         if fence.epoch.robot == 0:
             cause = Cause.START if fence.epoch.generation == 0 else Cause.COORDINATOR_LOST
             reason: Reason | None = Reason(cause, "nobody coordinates")
@@ -95,7 +95,7 @@ class Proposing:
         elif fence.may is May.ALL:
             reason = self._for_outsider(odometry, reporter, now_s)
         else:
-            reason = None if coordinates else self._for_bound(fence, odometry, reporter, now_s)
+            reason = None if coordinates else self._for_bound(odometry, reporter, now_s)
         commands = self._raising.want(reason, fence, now_s)
         is_noted = any(isinstance(each, Note) for each in commands)
         if reason is None or member is None or not is_noted:
@@ -117,20 +117,17 @@ class Proposing:
                 return Reason(Cause.NEIGHBOUR_LOST, f"robot {link.neighbour} is lost", link.neighbour, how)
         return plea
 
-    def _for_bound(
-        self, fence: Fence, odometry: Odometry, reporter: Reporter | None, now_s: float
-    ) -> Reason | None:
+    def _for_bound(self, odometry: Odometry, reporter: Reporter | None, now_s: float) -> Reason | None:
         """Rule 2."""
-        coordinator, timing = fence.epoch.robot, self._timing
+        epoch = odometry.fence.epoch
+        coordinator = epoch.robot
         heard_s = max(self._turn_s, 0.0 if reporter is None else reporter.heard_at_s)
         idle_s = min(odometry.stood_s, now_s - self._turn_s)
         if self._suspicion.has_gone(coordinator, heard_s, now_s):
             why = f"robot {coordinator} coordinated, and its token has gone"
-        elif reporter is not None and self._is_deaf(
-            fence.epoch, min(idle_s, now_s - reporter.heard_at_s), now_s
-        ):
+        elif reporter is not None and self._is_deaf(epoch, min(idle_s, now_s - reporter.heard_at_s), now_s):
             why = f"robot {coordinator} coordinates, and is silent"
-        elif idle_s > timing.stood_s:
+        elif idle_s > self._timing.stood_s:
             why = "nobody has moved, and there was no turn"
         else:
             return None

@@ -9,7 +9,6 @@ from agents.coordinating.phases import PHASES, Phase
 MAY_FOLLOW = {
     (Phase.GATHERING, Phase.LOOKING),
     (Phase.GATHERING, Phase.CLOSING),  # the strand turns round: nobody has to look
-    (Phase.LOOKING, Phase.LOOKING),  # another order
     (Phase.LOOKING, Phase.TURNING),
     (Phase.LOOKING, Phase.GATHERING),
     (Phase.TURNING, Phase.CLOSING),
