@@ -1,4 +1,4 @@
-"""What a view agrees on, from the reports of its members. Pure."""
+"""What a view agrees on, from the reports of its robots. Pure."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,6 +1,7 @@
-"""All times and counts that decide when a robot proposes a view, and for how long it waits. Liveness only.
+"""Times that decide when a robot proposes a view, and for how long it waits. Liveness only.
 
-No value here can break a safety rule: whatever they are, bodies obey the fence alone (docs/strand.md).
+Other times stand beside the rules that they are for. No value here can break a safety rule: whatever they are,
+bodies obey the fence alone (docs/strand.md).
 """
 
 from dataclasses import dataclass, replace

@@ -81,7 +81,7 @@ class Membership:
         fence = self._fence
         if self._turns.end() and self._reporter is not None:
             self._reporter.leave_places()
-        self._happen(Happening.NOT_NAMED)  # every fence ends the turn before, also where the next is its own
+        self._happen(Happening.NEWER_FENCE)
         commands = self._bind(now_s) if fence.epoch != before.epoch else []
         self._proposing.enter(fence, now_s)
         if fence.may is May.ONE and fence.names(self._robot, self._life):

@@ -18,7 +18,7 @@ class Happening(StrEnum):
 
     NEWER_EPOCH = "newer_epoch"  # the fence is of a newer epoch
     NAMED = "named"  # the fence names this robot and its life
-    NOT_NAMED = "not_named"  # the fence no longer names it
+    NEWER_FENCE = "newer_fence"  # the fence is newer: it ends the turn before, also where the next is its own
     FORMED = "formed"  # the fence is ALL, and this robot has its formation
     LEFT_OUT = "left_out"  # the coordinator says that it is not in the formation
 
@@ -29,7 +29,7 @@ TRANSITIONS: MappingProxyType[tuple[State, Happening], State] = MappingProxyType
         (State.BOUND, Happening.NAMED): State.JOINING,
         (State.BOUND, Happening.FORMED): State.MEMBER,
         (State.BOUND, Happening.LEFT_OUT): State.ASIDE,
-        (State.JOINING, Happening.NOT_NAMED): State.BOUND,
+        (State.JOINING, Happening.NEWER_FENCE): State.BOUND,
     }
 )
 """What is not in the table changes nothing."""

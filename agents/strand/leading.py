@@ -6,7 +6,7 @@ Rule 2: where the only way leads back, it wants the strand to turn round, `TURNS
         and makes room before it takes a short step to the goal: that may end in a gap a little too narrow.
 Rule 3: where it knows no way on, and the strand has lost robots, it wants another robot to lead. The route is
         lost if `LEADERS_MAX` have led in vain, or this one before, and, where robots are left out, no body
-        has moved for `COMES_BACK_S` while it waits. A leader waits first where obstacles may move away.
+        has moved for `GONE_S` while it waits. A leader waits first where obstacles may move away.
 Rule 4: after each step that it gives up, but the first ones in an epoch, it waits before it plans again, for
         a time that its life draws. Else two leaders that see the same give way to each other for ever.
 Rule 5 (safety): if it began too near to something, the robots behind do not come there. It wants a view when
@@ -33,7 +33,7 @@ from protocol.path import THERE_M
 from protocol.timeline import GoalReached, RobotArrived, RouteLost, StepAbandoned, StepPlanned
 
 PATIENCE_S = 30.0  # with what stands in all ways on: who walks to and fro has come and gone by then
-COMES_BACK_S = 15.0  # with robots that are left out: who has gone for so long does not come back
+GONE_S = 15.0  # with robots that are left out: one that has gone for so long does not come back
 TURNS_MAX = 8  # with no step towards the goal between them
 STANDS_S = 2.0  # in the way for so long: no passer-by
 LEADERS_MAX = 5  # tried from one place, one after the other
@@ -257,7 +257,7 @@ class Leading:
         if not self._has_lost_some or strand.robot in led or len(led) >= LEADERS_MAX:
             # In an outage or a stop all bodies stand, and nobody can come back.
             waited_s = min(self._driver.odometry.stood_s, now_s - self._stuck_at_s)
-            may_come_back = self._some_are_left_out and waited_s < COMES_BACK_S
+            may_come_back = self._some_are_left_out and waited_s < GONE_S
             return [] if may_come_back else self._lose(reason)
         self._wish = Reason(Cause.NO_WAY, reason)
         return []

@@ -60,7 +60,7 @@ class Member:
     ) -> None:
         """Take a place in a strand, under the formation's fence; `path` is all of it, as told.
 
-        `formation` is any of its pieces. `memory` outlives a strand.
+        `formation` is its first piece, which alone has the map. `memory` outlives a strand.
         """
         self._robot = robot
         self._mission = mission

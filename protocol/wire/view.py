@@ -1,4 +1,4 @@
-"""The messages of a view, between its coordinator and its members: `view/{from}/{to}`; docs/strand.md.
+"""The messages of a view, between its coordinator and its robots: `view/{from}/{to}`; docs/strand.md.
 
 Rule 1: a report, an answer and a piece of a formation are each the sender's whole state, so any one that
         arrives is enough.
@@ -138,7 +138,7 @@ class Answer(Struct, frozen=True, gc=False, kw_only=True, tag="answer"):
     life: Life
     """Of the robot that it is for."""
     heard: Count
-    """The number of the newest report."""
+    """The number of the newest report; 0: this is a leader's answer to a plea."""
     after_turn: Count = 0
     """The last turn that was put for the robot: its place is to be read from an odometry after that."""
     out: bool = False

@@ -12,7 +12,7 @@ CHANGES = {
     (State.MEMBER, Happening.NEWER_EPOCH): State.BOUND,
     (State.ASIDE, Happening.NEWER_EPOCH): State.BOUND,
     (State.BOUND, Happening.NAMED): State.JOINING,
-    (State.JOINING, Happening.NOT_NAMED): State.BOUND,
+    (State.JOINING, Happening.NEWER_FENCE): State.BOUND,
     (State.BOUND, Happening.FORMED): State.MEMBER,
     (State.BOUND, Happening.LEFT_OUT): State.ASIDE,
 }
