@@ -1,7 +1,7 @@
 """Times that decide when a robot proposes a view, and for how long it waits. Liveness only.
 
-Other times stand beside the rules that they are for. No value here can break a safety rule: whatever they are,
-bodies obey the fence alone (docs/strand.md).
+Other times stand beside the rules that they are for. No value here can break a safety rule: whatever they
+are, bodies obey the fence alone (docs/strand.md).
 """
 
 from dataclasses import dataclass, replace
@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from protocol.mission import Mission
 
 ODOMETRY_S = 0.1  # the world's period
+PATIENCE_S = 10.0  # in a turn, where obstacles move: as long as with a way in the strand that is blocked
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,6 +96,7 @@ class Timing:
             >= 5.0 * self.report_s,
             "a put is seen before it is repeated": self.put_s >= ODOMETRY_S,
             "a stuck turn is taken back before the coordinator is given up": self.turn_s <= self.stood_s,
+            "a robot that is patient in its turn is not taken for a stuck one": self.turn_s > PATIENCE_S,
             "who has slept listens for longer than it slept": self.listens_s > self.gap_s,
             "a silent robot is given up before all that wait are": self.silent_s < self.stood_s,
             "nobody is given up for a pause in which all wait": self.comes_back_s < self.stood_s,

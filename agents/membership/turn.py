@@ -15,6 +15,7 @@ from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.body.watch import Watch
 from agents.commands import Command, Note
+from agents.liveness.timing import PATIENCE_S
 from agents.membership.joining import InPlace, Joining
 from agents.membership.stands import Stands
 from agents.navigation.scan import View
@@ -26,7 +27,6 @@ from protocol.mission import Mission
 from protocol.timeline import RobotBlocked, RobotPlaced, StepPlanned
 from protocol.wire.view import Join
 
-PATIENCE_S = 10.0  # where obstacles move: as long as with a way in the strand that is blocked
 LOOKS_AGAIN_S = 2.0  # who walks by has gone by then
 
 

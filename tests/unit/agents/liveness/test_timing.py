@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from agents.liveness.timing import ODOMETRY_S, Timing
+from agents.liveness.timing import ODOMETRY_S, PATIENCE_S, Timing
 from tests.support.stages.one_step import under
 
 FLEETS = (1, 5, 50, 1000, 2000)
@@ -15,6 +15,7 @@ BREAKS = {
     "a report is tried several times before it is waited for in vain": {"report_s": 0.5},
     "a put is seen before it is repeated": {"put_s": 0.9 * ODOMETRY_S},
     "a stuck turn is taken back before the coordinator is given up": {"turn_s": 21.0},
+    "a robot that is patient in its turn is not taken for a stuck one": {"turn_s": PATIENCE_S},
     "who has slept listens for longer than it slept": {"listens_s": 0.8},
     "a silent robot is given up before all that wait are": {"silent_s": 20.0},
     "nobody is given up for a pause in which all wait": {"comes_back_s": 20.0},

@@ -9,8 +9,9 @@ import pytest
 from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import Command
+from agents.liveness.timing import PATIENCE_S
 from agents.membership.joining import Joining
-from agents.membership.turn import PATIENCE_S, TurnTaker
+from agents.membership.turn import TurnTaker
 from agents.navigation.step import NoStep
 from protocol.frames import Point
 from protocol.wire.view import Join
