@@ -155,13 +155,22 @@ OF_VIEWS = (
         check="tests/unit/agents/conversations/test_turns.py::"
         "test_v19_one_number_of_a_turn_has_one_content_however_long_its_put_is_held_up",
     ),
-    mutant(
+    Mutant(
         "all-after-a-turn",
         "F4: the last turn before ALL names nobody, unless none named a robot",
-        "agents/coordinating/coordinator.py",
-        "        if fence.may is May.ONE:\n            return self._take_back(fence, now_s)\n"
-        "        if self._reported.waits_for_places(draft.strand, self._turns):\n            return []\n",
-        "",
+        (
+            Edit(
+                "agents/coordinating/coordinator.py",
+                "        closes = self.phase is Phase.CLOSING and fence.may is not May.ONE\n",
+                "        closes = self.phase is Phase.CLOSING\n",
+            ),
+            Edit(
+                "agents/coordinating/coordinator.py",
+                "        if self._reported.waits_for_places(draft.strand, self._turns):\n"
+                "            return []\n",
+                "",
+            ),
+        ),
         check="tests/unit/agents/conversations/test_turns.py::"
         "test_v5_an_order_of_a_turn_moves_no_body_under_all",
     ),
