@@ -21,7 +21,7 @@ from world.judge.ending import Ending
 from world.judge.judgement import judge
 from world.scenario.scenario import load
 
-ROBOTS, LEG_M = 11, 0.98
+ROBOTS, LEG_M = 4, 0.98
 HEADING_ERROR_RAD, RANGE_M = 0.01, 1.0
 
 
@@ -266,7 +266,7 @@ def test_drive_errors_do_not_add_up_where_a_tail_comes_back_and_has_a_new_life_e
     assert judge(scenario, rehearsal.entries).breaches == ()
 
 
-FRONTS, FRONT_RADIUS_M, FRONT_APART_M = 15, 0.3, 0.8
+FRONTS, FRONT_RADIUS_M, FRONT_APART_M = 13, 0.3, 0.8
 HIDDEN_RADIUS_M, HIDDEN_RAD = 0.02, math.radians(-66.0)
 HIDDEN_OFF_M = FRONT_RADIUS_M + EPSILON_M + HIDDEN_RADIUS_M + 1e-9
 HIDDEN_M = (HIDDEN_OFF_M * math.cos(HIDDEN_RAD), HIDDEN_OFF_M * math.sin(HIDDEN_RAD))
@@ -305,6 +305,12 @@ radius_m = {HIDDEN_RADIUS_M}
 """
 
 
+def lets_nobody_come(rehearsal: Rehearsal, told: int) -> bool:
+    """Whether a leader has found since so many entries that it began too near to something."""
+    records = (entry.record for _, entry in rehearsal.entries[told:])
+    return any(isinstance(each, ViewProposed) and each.cause is Cause.MISFIT for each in records)
+
+
 @pytest.mark.parametrize(
     "obstacle_speed_mps",
     [
@@ -331,6 +337,7 @@ def test_nor_where_each_leader_is_lost_and_the_robot_behind_it_stands_where_it_b
     )
     scenario = load(str(path))
     rehearsal, front, is_cut, begins_s = Rehearsal(scenario, 1), 1, False, 0.0
+    is_found, told = False, 0
     stood = rehearsal.world.bodies.places
     for now_s in rehearsal.ticks():
         places = rehearsal.world.bodies.places
@@ -355,9 +362,9 @@ def test_nor_where_each_leader_is_lost_and_the_robot_behind_it_stands_where_it_b
             )
             rehearsal.turn_to(Plan(name="lives", rules=(lost, stops, *lives)))
             front, is_last, begins_s = front + 1, False, now_s + 0.1
-        if front == FRONTS or now_s > 60.0:
+        is_found, told = lets_nobody_come(rehearsal, told), len(rehearsal.entries)
+        if front == FRONTS or is_found or now_s > 60.0:
             break
     assert front > 8, "as many have come to where the first one stood"
-    causes = [entry.record.cause for _, entry in rehearsal.entries if isinstance(entry.record, ViewProposed)]
-    assert Cause.MISFIT in causes, "then one of them lets nobody come there"
+    assert is_found, "then one of them lets nobody come there"
     assert judge(scenario, rehearsal.entries).breaches == ()

@@ -54,7 +54,7 @@ def test_fleets_that_meet_do_not_touch_while_a_third_of_all_messages_is_lost(
 ) -> None:
     crossing = fleet("north", (3.5, 0.5, np.pi / 2), (3.5, 2.6), robots=1)
     ground = shared(*HEAD_ON, crossing)
-    recorded = rehearsed(ground, tmp_path, seed=seed, plan=uniform(loss=0.3), until_s=40.0)
+    recorded = rehearsed(ground, tmp_path, seed=seed, plan=uniform(loss=0.3), until_s=25.0)
     assert contacts(recorded) == []
 
 
@@ -133,12 +133,14 @@ def test_p1_fleets_that_are_faster_than_the_others_believe_touch(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(SharedGround, "speed_mps_max", property(lambda _: 0.02))
-    touched = []
-    for late_m in (0.0, 0.025, 0.05):  # the gap between them when they scan decides
+
+    def touches(late_m: float) -> bool:
         west = fleet("west", (EAST_M - late_m, LANE_M, np.pi), (WEST_M, LANE_M))
         (folder := tmp_path / str(late_m)).mkdir()
-        touched += contacts(rehearsed(shared(HEAD_ON[0], west), folder, until_s=6.0))
-    assert touched
+        return bool(contacts(rehearsed(shared(HEAD_ON[0], west), folder, until_s=6.0)))
+
+    # The gap between them when they scan decides: the first one that touches is enough.
+    assert any(map(touches, (0.025, 0.0, 0.05)))
 
 
 def test_p2_fleets_that_are_not_seen_are_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -118,8 +118,8 @@ def test_the_verdict_names_the_rules_that_never_took_effect(tmp_path: Path) -> N
 
 @pytest.mark.parametrize("name", [*sorted({*SHIPPED} - {*OTHERS_TOO}), *long(OTHERS_TOO)])
 def test_no_shipped_plan_breaks_an_invariant(name: str) -> None:
-    rehearsal = Rehearsal(load_scenario("grove"), 1, load(name)).run()
-    again = f"replay with  ./launch/clew rehearse grove --seed 1 --faults {name}"
+    rehearsal = Rehearsal(load_scenario("grove", robots=3), 1, load(name)).run()
+    again = f"replay with  ./launch/clew rehearse grove -n 3 --seed 1 --faults {name}"
     assert broken(rehearsal) == [], again
     assert injected(rehearsal), again
     assert message_counts(rehearsal).unaccounted == 0, again
@@ -306,7 +306,19 @@ def test_a_seed_determines_a_run_with_faults_to_the_byte_for_any_hash_order(tmp_
     path = scene(tmp_path / "posts.json")
     runs = [
         subprocess.Popen(
-            [sys.executable, "-m", "clew.cli", "rehearse", path, "--faults", plan, "--out", tmp_path / name],
+            [
+                sys.executable,
+                "-m",
+                "clew.cli",
+                "rehearse",
+                path,
+                "-n",
+                "4",
+                "--faults",
+                plan,
+                "--out",
+                tmp_path / name,
+            ],
             env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONHASHSEED": name},
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,

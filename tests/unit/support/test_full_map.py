@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from clew.fields.field import Field, scene
 from clew.fields.kinds import Kind
+from tests.support.examples import examples
 from tests.support.scenes.full_map import QUARTER_CHORDS, Answer, Disc, solvable, widest_radius_m
 
 GAP_M = 1.0
@@ -69,7 +70,7 @@ def test_there_is_no_way_from_closed_ground() -> None:
 
 
 @given(st.integers(0, 4), st.floats(0.02, 0.6), st.floats(0.0, 0.1))
-@settings(max_examples=25)
+@settings(max_examples=examples(25))
 def test_a_larger_disc_never_gets_where_a_smaller_one_does_not(
     seed: int, radius_m: float, more_m: float
 ) -> None:

@@ -17,6 +17,7 @@ from protocol.fence import Change, May
 from protocol.timeline import FenceChanged, StrandFormed
 from protocol.wire.messages import Drive
 from protocol.wire.view import Formation, ViewMessage
+from tests.support.examples import examples
 from tests.support.stages.view_stage import Places, Post, ViewStage, of
 
 VIEW = (ViewMessage, Change)
@@ -112,7 +113,7 @@ def assert_one_moves_at_most(stage: ViewStage) -> None:
         assert moving == set()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(
     data=st.data(),
     places=st.sampled_from([QUEUE, SCATTERED, SCATTERED]),
@@ -141,7 +142,7 @@ def test_whatever_becomes_of_the_letters_of_views_one_fence_says_who_moves_and_a
     assert keys == sorted(set(keys))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(missing=st.sets(st.integers(0, 2), min_size=1))
 def test_a_member_without_all_pieces_gives_no_order(missing: set[int]) -> None:
     with pytest.MonkeyPatch.context() as patch:

@@ -18,6 +18,7 @@ from agents.navigation.certificate import (
     short_step_walls,
 )
 from protocol.mission import Bounds
+from tests.support.examples import examples
 from tests.support.stages.one_step import look_around, under, wall
 from world.geometry.clearance import clearance
 from world.geometry.shapes import Circle, Ellipse, Polygon, Shape, ground_of
@@ -72,7 +73,7 @@ def least_clearance_m(shapes: list[Shape], lengths_m: np.ndarray) -> np.ndarray:
 
 
 @given(scenes())
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 def test_every_certified_step_keeps_epsilon(shapes: list[Shape]) -> None:
     walls = scan_walls(look_around(shapes, ROBOT), ROBOT)
     lengths = np.minimum(certified_lengths_m(NOWHERE, HEADINGS_RAD, walls), ROBOT.range_m_max)
@@ -80,7 +81,7 @@ def test_every_certified_step_keeps_epsilon(shapes: list[Shape]) -> None:
 
 
 @given(scenes(), st.sampled_from(range(len(HEADINGS_RAD))))
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 def test_every_step_keeps_its_promised_clearance(shapes: list[Shape], heading: int) -> None:
     view = look_around(shapes, ROBOT)
     lengths = certified_lengths_m(NOWHERE, HEADINGS_RAD, scan_walls(view, ROBOT))
@@ -103,7 +104,7 @@ def test_the_ground_that_a_scan_is_sure_of_has_an_edge_all_around(shapes: list[S
 
 
 @given(scenes())
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_no_step_beyond_the_seen_region_is_certified(shapes: list[Shape]) -> None:
     view = look_around(shapes, ROBOT)
     lengths = certified_lengths_m(NOWHERE, view.bearings_rad, scan_walls(view, ROBOT))

@@ -15,6 +15,7 @@ from agents.navigation.certificate import (
     short_step_walls,
 )
 from protocol.arrays import Floats
+from tests.support.examples import examples
 from tests.support.scenes.standpoints import (
     HEADINGS,
     HEADINGS_RAD,
@@ -29,7 +30,7 @@ ROUNDING_M = 1e-8
 SAMPLE_M = 0.01  # spacing of samples on the outline of the free polygon
 BEYOND_M = 1e-3  # further than certified
 
-patiently = settings(max_examples=60)
+patiently = settings(max_examples=examples(60))
 
 
 def certified_m(there: Standpoint) -> Floats:

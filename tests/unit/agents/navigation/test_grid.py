@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 
 from agents.navigation.grid import FINE, Grid, Lattice
 from protocol.arrays import Floats
+from tests.support.examples import examples
 
 CELL_M = 0.1
 LOW = np.array([-1.0, -0.5])
@@ -143,7 +144,7 @@ def test_a_grid_without_walls_is_one_piece() -> None:
 
 
 @given(points_around)
-@settings(max_examples=50)
+@settings(max_examples=examples(50))
 def test_two_points_have_the_same_number_exactly_if_they_share_a_fine_part(points: Floats) -> None:
     of = grid()
     on_it = points[of.has(points)]

@@ -11,6 +11,7 @@ from agents.navigation.pricing import COMFORT, DOUBT
 from protocol.arrays import Flags, Floats
 from protocol.mission import Bounds
 from protocol.wire.view import SEEN_BYTES_MAX
+from tests.support.examples import examples
 from tests.support.stages.one_step import under
 
 BOUNDS = Bounds(x_m_min=-1.0, y_m_min=-2.0, x_m_max=3.0, y_m_max=1.0)
@@ -80,7 +81,7 @@ def flooded(is_open: Flags, sources: Flags) -> Flags:
 
 
 @given(hits)
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 def test_from_every_open_cell_a_neighbour_leads_down_to_the_goal(hit_points: Floats) -> None:
     cost = cost_of(map_of(hit_points))
     padded = np.pad(cost.cells, 1, constant_values=np.inf)
@@ -94,7 +95,7 @@ def test_from_every_open_cell_a_neighbour_leads_down_to_the_goal(hit_points: Flo
 
 
 @given(hits)
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 def test_the_cost_is_finite_exactly_where_a_flood_from_the_goal_reaches(hit_points: Floats) -> None:
     cost = cost_of(map_of(hit_points))
     middles = centres(cost)
@@ -109,7 +110,7 @@ def test_the_cost_is_finite_exactly_where_a_flood_from_the_goal_reaches(hit_poin
 
 
 @given(hits, inside)
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 def test_the_cost_is_never_less_than_the_straight_line(hit_points: Floats, at: tuple[float, float]) -> None:
     # Start and goal may each be a cell away from the cells between which the cost is computed.
     crow_m = math.dist(at, GOAL) - 2.0 * math.sqrt(2.0) * CELL_M
@@ -117,7 +118,7 @@ def test_the_cost_is_never_less_than_the_straight_line(hit_points: Floats, at: t
 
 
 @given(hits)
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 def test_cells_too_near_to_a_hit_are_closed_and_those_within_half_a_cell_more_are_costly(
     hit_points: Floats,
 ) -> None:
@@ -159,7 +160,7 @@ def test_unseen_ground_is_free() -> None:
 
 
 @given(st.tuples(st.floats(-0.3, 2.3), st.floats(-1.3, 0.3)))
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 def test_in_the_open_a_way_is_hardly_longer_than_the_straight_line(at: tuple[float, float]) -> None:
     assert cost_at(cost_of(map_of(np.empty((0, 2)))), np.array(at)) <= DETOUR * math.dist(at, GOAL) + CELL_M
 
@@ -195,7 +196,7 @@ def test_a_wall_without_a_door_leaves_no_way() -> None:
 
 
 @given(hits)
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 def test_the_way_leads_from_cell_to_cell_down_to_the_goal(hit_points: Floats) -> None:
     cost = cost_of(map_of(hit_points))
     way = cost.way_from(START, cells_max=10_000)
@@ -220,7 +221,7 @@ def test_a_hit_seen_once_is_remembered() -> None:
 
 
 @given(st.lists(hits, min_size=2, max_size=4))
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 def test_the_map_does_not_depend_on_how_hits_are_split_into_scans_or_repeated(scans: list[Floats]) -> None:
     whole, bit_by_bit = map_of(np.concatenate(scans)), map_of(scans[0])
     for scan in [*scans[1:], scans[0]]:
@@ -307,7 +308,7 @@ def test_the_narrowest_spot_of_a_way_is_in_the_door() -> None:
 
 
 @given(st.floats(-0.9, 2.9), st.floats(2.0 * CELL_M, 0.6))
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 def test_ground_of_other_robots_is_closed_up_to_the_distance_to_keep(x_m: float, keep_m: float) -> None:
     region = map_of(np.empty((0, 2)))
     taken = np.array([[x_m, -2.0], [x_m, -1.0], [x_m, 1.0]])
@@ -326,7 +327,7 @@ def test_ground_of_other_robots_is_closed_up_to_the_distance_to_keep(x_m: float,
 
 
 @given(st.lists(st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0)), min_size=1, max_size=5))
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 def test_without_bounds_the_grid_grows_and_forgets_nothing(
     seen: list[tuple[float, float]],
 ) -> None:
@@ -353,7 +354,7 @@ def test_without_bounds_a_way_can_lead_around_what_has_been_seen() -> None:
 
 
 @given(st.lists(inside, max_size=60).map(lambda found: np.array(found).reshape(-1, 2)))
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 def test_a_map_that_was_handed_over_closes_the_same_ground_up_to_rounding(hit_points: Floats) -> None:
     successor = map_of(np.empty((0, 2)))
     successor.unpack(map_of(hit_points).packed())
@@ -386,7 +387,7 @@ def test_a_map_too_large_for_a_message_is_thinned_evenly() -> None:
 
 
 @given(st.binary(max_size=300))
-@settings(max_examples=25)
+@settings(max_examples=examples(25))
 def test_invalid_packed_data_changes_nothing(packed: bytes) -> None:
     region, untouched = map_of(wall(door_m=(-0.3, 0.8))), map_of(wall(door_m=(-0.3, 0.8)))
     region.unpack(packed)

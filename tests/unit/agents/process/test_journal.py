@@ -11,6 +11,7 @@ from agents.commands import AskScan
 from agents.events import TokenCame
 from agents.process.journal import Given, Head, Journal, Recording, Turn, decision, open_journal
 from protocol.errors import UsageError
+from tests.support.examples import examples
 from world.scenario.scenario import load
 
 HEAD = Head(robot=3, incarnation="0a1b", mission=load("paper").mission(), life=9)
@@ -45,7 +46,7 @@ def test_a_journal_is_read_back_with_the_reason_for_its_end(tmp_path: Path) -> N
     assert all(turn.decision is not None for turn in turns)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=examples(40))
 @given(st.data())
 def test_everything_before_a_tear_is_read(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
@@ -75,7 +76,7 @@ def test_a_torn_record_is_reported_with_its_length(tmp_path: Path) -> None:
     assert "torn" in recording.flaw
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=examples(100))
 @given(st.binary(max_size=300))
 def test_no_bytes_after_the_head_make_the_reader_raise(
     tmp_path_factory: pytest.TempPathFactory, rest: bytes
@@ -121,7 +122,7 @@ def test_a_journal_that_is_not_packed_is_read_as_before(tmp_path: Path) -> None:
     assert "torn" in (recording.flaw or "")
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=examples(40))
 @given(st.data())
 def test_a_changed_byte_makes_no_wrong_turn_without_a_word(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject

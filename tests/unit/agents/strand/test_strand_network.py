@@ -15,6 +15,7 @@ from agents.navigation.certificate import certified_lengths_m
 from agents.strand.strand import Strand
 from protocol.frames import Point, Pose
 from protocol.path import Path
+from tests.support.examples import examples
 from tests.support.stages.one_step import under
 from tests.support.stages.strand_stage import formation, own, queue_path
 
@@ -135,7 +136,7 @@ def test_no_message_fault_brings_two_robots_too_near(
         assert stage.least_apart_m() >= min(KEEP_M, spacing_m) - ROUNDING_M
 
 
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 @given(walks, walks, pitches_m, st.tuples(st.integers(0, 23), st.integers(0, 23)), actions)
 def test_robots_of_a_strand_that_bends_back_keep_their_distance_on_a_path_that_leads_over_their_own_ground(
     behind: list[Move],

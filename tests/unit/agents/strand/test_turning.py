@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from agents.liveness.reason import Turnabout
 from protocol.frames import Point
 from protocol.timeline import MessageRefused
+from tests.support.examples import examples
 from tests.support.stages.member_stage import MemberStage, row
 from tests.support.stages.one_step import under
 
@@ -32,7 +33,7 @@ def turned(stage: MemberStage, back: float) -> Turnabout:
 
 
 @given(st.integers(0, 2**16), spacings_m, st.sampled_from([0.0, 0.3, 0.8]))
-@settings(max_examples=25)
+@settings(max_examples=examples(25))
 def test_no_message_fault_brings_robots_of_a_strand_that_turns_round_too_near(
     seed: int, spacing_m: float, loss: float
 ) -> None:

@@ -18,6 +18,7 @@ from clew.export.columns import Column, Part, Plain, columns_of
 from clew.export.tables import TYPES
 from clew.log.log import Log
 from tests.support.campaigns import clew
+from tests.support.examples import examples
 from tests.support.logs.exports import one_of_each_kind, rows_of
 from tests.support.logs.logs import recorded
 from tests.support.runs import Runs
@@ -44,7 +45,7 @@ def types_in(query: str) -> dict[str, str]:
     return {name: kind for name, kind, *_ in sql(f"DESCRIBE {query}")}
 
 
-@settings(max_examples=5, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(5), suppress_health_check=[HealthCheck.too_slow])
 @given(lines=one_of_each_kind())
 def test_parquet_holds_every_kind_with_every_value(
     tmp_path_factory: pytest.TempPathFactory, lines: list[Line]
@@ -57,7 +58,7 @@ def test_parquet_holds_every_kind_with_every_value(
         assert [dict(zip(types_in(table), row, strict=True)) for row in sql(table)] == rows
 
 
-@settings(max_examples=5, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(5), suppress_health_check=[HealthCheck.too_slow])
 @given(lines=one_of_each_kind())
 def test_csv_holds_every_kind_with_every_value(
     tmp_path_factory: pytest.TempPathFactory, lines: list[Line]

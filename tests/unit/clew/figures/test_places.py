@@ -18,7 +18,7 @@ def test_limit_lines_are_at_the_required_clearance(runs: Runs) -> None:
 
 
 def test_each_panel_shows_moving_obstacles_at_the_time_of_its_plan(runs: Runs) -> None:
-    drawn = course(runs.of("door"))
+    drawn = course(runs.of("pedestrian", faults="leader-killed"))
     panels = [axes for axes in painted(chart(drawn, "steps")) if axes.get_title()]
     places_m, drawn_m = list[Floats](), list[Floats]()
     for axes, planned in zip(panels, drawn.steps, strict=True):

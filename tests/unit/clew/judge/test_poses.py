@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.support.examples import examples
 from tests.support.judges import found, poses, scenario
 
 POST = {"shape": "circle", "centre_m": [2.0, 0.5], "radius_m": 0.2}
@@ -215,7 +216,7 @@ ways = st.lists(st.tuples(micrometres, micrometres), min_size=2, max_size=6)
 
 
 @given(ways, ways, st.floats(0.1, 3.0))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_no_moment_between_samples_is_nearer_than_the_least_distance(
     one: list[tuple[float, float]], other: list[tuple[float, float]], step_s: float
 ) -> None:

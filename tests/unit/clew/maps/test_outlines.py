@@ -8,6 +8,7 @@ from hypothesis.extra.numpy import arrays
 
 from clew.maps.outlines import CORNERS_MAX, coarsened, outlines, pieces_min
 from protocol.arrays import Flags
+from tests.support.examples import examples
 from world.geometry.clearance import distances
 from world.geometry.shapes import Polygon, ground_of
 
@@ -30,7 +31,7 @@ def check(blocked: Flags) -> None:
     assert pieces_min(blocked) <= len(rings)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(grids)
 def test_every_blocked_cell_is_in_an_obstacle_and_no_free_one(blocked: Flags) -> None:
     check(blocked)
@@ -53,7 +54,7 @@ def test_a_straight_wall_has_four_corners_and_a_corner_that_two_cells_share_part
     assert [len(ring) for ring in outlines(np.eye(2, dtype=np.bool_))] == [4, 4]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(grids, st.integers(1, 4))
 def test_coarser_cells_are_blocked_where_any_of_theirs_is_and_beyond_the_rim(blocked: Flags, by: int) -> None:
     coarse = coarsened(blocked, by)

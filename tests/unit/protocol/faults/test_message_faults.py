@@ -17,6 +17,7 @@ from protocol.fence import Turn
 from protocol.wire.codec import decode, encode
 from protocol.wire.messages import AheadState, Drive, Message, Odometry, Scan
 from protocol.wire.view import Answer, Report
+from tests.support.examples import examples
 from tests.support.strategies.message_strategies import values_of
 
 SIGMAS = 4.5  # fair draws deviate further once in 150,000 cases
@@ -162,7 +163,7 @@ def test_faults_add_up_and_later_rules_do_not_see_a_lost_message() -> None:
     assert (lost.removed_by, twice.removed_by) == ("drop", None)
 
 
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 @given(
     st.one_of([values_of(kind) for kind in DAMAGED]),
     st.integers(1, 8),

@@ -11,6 +11,7 @@ from protocol.fence import Bearing, Epoch, Fence, May
 from protocol.frames import Point, Pose
 from protocol.mission import DEADMAN_S
 from protocol.wire.messages import Drive
+from tests.support.examples import examples
 from world.bodies.bodies import Bodies, Moves
 from world.scenario.sections import DriveSection
 
@@ -23,7 +24,7 @@ HOME = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
 places = st.builds(lambda x_m, y_m: Point(x_m=x_m, y_m=y_m), st.floats(-2, 2), st.floats(-2, 2))
 headings = st.floats(-3.1, 3.1)
 speeds = st.floats(0.2, 0.5)
-quietly = settings(deadline=None, max_examples=40)  # the machine may be busy; a case is 100s of ticks
+quietly = settings(deadline=None, max_examples=examples(40))  # a case is 100s of ticks
 
 
 def drive_section(heading_error_rad: float = 0.0) -> DriveSection:

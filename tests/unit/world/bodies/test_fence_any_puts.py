@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol.fence import Cause, Change, Epoch, Fence, May, Raise, Release, Stop, Turn
+from tests.support.examples import examples
 from tests.support.registers import ROBOTS, life_of, raised
 from world.bodies.fence import Register
 
@@ -86,7 +87,7 @@ def history(said: list[tuple[int, Change | Likely] | None]) -> list[Fence]:
     return fences
 
 
-thoroughly = settings(max_examples=300, deadline=None)
+thoroughly = settings(max_examples=examples(300), deadline=None)
 
 
 @thoroughly

@@ -7,6 +7,7 @@ from protocol.exit_codes import ExitCode
 from protocol.frames import Point
 from protocol.timeline import Entry, PoseSampled, PromiseBroken
 from protocol.timeline.invariants import INVARIANTS
+from tests.support.examples import examples
 from tests.support.scenes.world_scenarios import scenario
 from tests.support.stages.world_stage import Stage
 from world.events import StopAsked
@@ -33,7 +34,7 @@ def driven(stage: Stage, plan: list[tuple[int, Point, int]]) -> tuple[Monitor, l
     return watcher, broken
 
 
-@settings(deadline=None, max_examples=20)
+@settings(deadline=None, max_examples=examples(20))
 @given(orders)
 def test_every_violation_is_recorded_though_not_every_tick_is_watched(
     plan: list[tuple[int, Point, int]],
@@ -44,7 +45,7 @@ def test_every_violation_is_recorded_though_not_every_tick_is_watched(
     assert [each for each in recorded if each.invariant != "S3"] == broken
 
 
-@settings(deadline=None, max_examples=10)
+@settings(deadline=None, max_examples=examples(10))
 @given(orders)
 def test_the_log_alone_gives_the_same_minima_as_live(plan: list[tuple[int, Point, int]]) -> None:
     stage = Stage(scenario(fleet={"robots": 3}, drive={"heading_error_rad": 0.0005}))
@@ -72,7 +73,7 @@ MOVING = (
 )
 
 
-@settings(deadline=None, max_examples=10)
+@settings(deadline=None, max_examples=examples(10))
 @given(orders)
 def test_the_log_alone_finds_the_same_contacts_with_moving_obstacles_as_live(
     plan: list[tuple[int, Point, int]],

@@ -27,6 +27,7 @@ from protocol.timeline import (
     WorldResumed,
 )
 from protocol.wire.messages import Odometry, Phase
+from tests.support.examples import examples
 from tests.support.logs.logs import AT_REST, HEADER, numbered, recorded
 from tests.support.long import long
 from tests.support.processes.fleets import Fleet, clew
@@ -69,7 +70,7 @@ def first_told(stage: Stage) -> Odometry:
 # --- the robots' view -----------------------------------------------------------------------------
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(ticks=st.integers(0, 3 * SECOND))
 def test_a_world_killed_at_any_point_resumes_with_later_times_and_the_bodies_where_robots_saw_them(
     ticks: int,
@@ -85,7 +86,7 @@ def test_a_world_killed_at_any_point_resumes_with_later_times_and_the_bodies_whe
     assert last.pose.x_m - 1e-9 <= now.pose.x_m <= before.world.bodies.pose(0).x_m + 1e-9
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(ticks=st.integers(0, 3 * SECOND), again=st.integers(0, SECOND))
 def test_the_log_of_both_worlds_has_no_violation_and_no_body_jumps(ticks: int, again: int) -> None:
     stage = led(ticks=ticks).resumed()
@@ -250,7 +251,7 @@ def test_each_life_has_its_own_number() -> None:
 # --- the file -------------------------------------------------------------------------------------
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(cut=st.integers(1, 200))
 def test_an_incomplete_line_is_removed_and_numbers_continue(
     tmp_path_factory: pytest.TempPathFactory, cut: int

@@ -16,6 +16,7 @@ from protocol.errors import UsageError
 from protocol.mission import Bounds
 from tests.support.campaigns import clew, scene
 from tests.support.docs import example
+from tests.support.examples import examples
 from tests.support.processes.fleets import Fleet
 from tests.support.strategies.shape_strategies import as_shapely
 from world.geometry.clearance import distances
@@ -93,7 +94,7 @@ circles = st.builds(
 )
 
 
-@settings(max_examples=50)
+@settings(max_examples=examples(50))
 @given(st.lists(circles, max_size=8), st.integers(0, 2**32))
 def test_shapely_finds_a_way_between_any_two_places(shapes: list[Circle], seed: int) -> None:
     room = shapely.box(0.0, 0.0, 4.0, 3.0).buffer(-HULL_M)
