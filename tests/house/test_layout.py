@@ -3,7 +3,7 @@
 import ast
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -102,9 +102,17 @@ def module_of(name: str) -> str:
     return name.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
 
 
+def statements(body: Sequence[ast.AST]) -> Iterator[ast.AST]:
+    """All statements, at any depth: a walk through their expressions as well takes five times as long."""
+    for each in body:
+        yield each
+        for within in ("body", "orelse", "finalbody", "handlers", "cases"):
+            yield from statements(getattr(each, within, ()))
+
+
 def imports_of(name: str, tree: ast.Module, files: dict[str, str]) -> Iterator[str]:
     """Our files that a file imports; `files` maps modules to files."""
-    for node in ast.walk(tree):
+    for node in statements(tree.body):
         if isinstance(node, ast.Import):
             yield from (files[alias.name] for alias in node.names if alias.name in files)
         elif isinstance(node, ast.ImportFrom):

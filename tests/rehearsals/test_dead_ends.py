@@ -168,7 +168,12 @@ def test_without_a_way_the_run_ends_with_route_lost(plan: Plan, robots: int, sce
 
 @pytest.mark.parametrize("robot", [1, *long([2, 3])])
 @pytest.mark.parametrize(
-    ("plan", "after_s"), [(PERFECT, 0.0), (LOSSY, 0.06), (PERFECT, 4.0)], ids=["at once", "soon", "late"]
+    ("plan", "after_s"),
+    [
+        pytest.param(PERFECT, 0.0, id="at once", marks=pytest.mark.long),
+        pytest.param(LOSSY, 0.06, id="soon"),
+        pytest.param(PERFECT, 4.0, id="late"),
+    ],
 )
 def test_a_death_while_the_strand_turns_breaks_no_invariant(plan: Plan, after_s: float, robot: int) -> None:
     rehearsal = Rehearsal(t_junction(3, arm_m=SHORT_ARM_M), 1, plan)

@@ -11,7 +11,7 @@ from tests.support.processes.plugin import played
 
 def test_each_seed_is_a_test_of_its_own_with_its_own_folder_also_in_parallel(tmp_path: Path) -> None:
     test = """
-@pytest.mark.clew(robots=1, seeds=range(3))
+@pytest.mark.clew(robots=1, seeds=range(2))
 def test_arrives(clew_rehearsal, clew_seed, tmp_path):
     run = clew_rehearsal.finish()
     assert run.seed == clew_seed
@@ -20,11 +20,7 @@ def test_arrives(clew_rehearsal, clew_seed, tmp_path):
 """
     code, said = played(tmp_path, test, "-v", "-n", "2")
     assert code == 0, said
-    assert all(f"test_arrives[seed={seed}]" in said for seed in range(3))
-    code, said = played(tmp_path, test, "-v", "--clew-seed=7")
-    assert code == 0, said
-    assert "test_arrives[seed=7] PASSED" in said
-    assert "1 passed" in said
+    assert all(f"test_arrives[seed={seed}]" in said for seed in range(2))
 
 
 def test_the_markers_of_a_class_and_of_a_test_add_up_the_nearest_first(tmp_path: Path) -> None:

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from clew.fields.field import Field, scene
 from clew.fields.kinds import Kind
-from tests.support.examples import examples
 from tests.support.scenes.full_map import QUARTER_CHORDS, Answer, Disc, solvable, widest_radius_m
+from tests.support.strategies.examples import examples
 
 GAP_M = 1.0
 DOOR: dict[str, Any] = {

@@ -17,8 +17,8 @@ from protocol.fence import Change, May
 from protocol.timeline import FenceChanged, StrandFormed
 from protocol.wire.messages import Drive
 from protocol.wire.view import Formation, ViewMessage
-from tests.support.examples import examples
 from tests.support.stages.view_stage import Places, Post, ViewStage, of
+from tests.support.strategies.examples import examples
 
 VIEW = (ViewMessage, Change)
 STEPS_MAX = 250

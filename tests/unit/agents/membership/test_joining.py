@@ -32,6 +32,7 @@ from protocol.timeline import (
 )
 from tests.support.long import long
 from tests.support.stages.one_step import look_around, under
+from tests.support.strategies.examples import examples
 from world.geometry.clearance import distances
 from world.geometry.shapes import Circle, Polygon, Shape, ground_of
 from world.judge.ending import Ending
@@ -134,7 +135,7 @@ def replay(test: str, seed: int) -> str:
     return f"replay with  ./launch/test.sh 'tests/unit/agents/membership/test_joining.py::{test}[{seed}]'"
 
 
-@pytest.mark.parametrize("seed", [2, 7, *long([4, 5])])  # and those that arrive, below
+@pytest.mark.parametrize("seed", [2, *long([4, 5, 7])])  # and those that arrive, below
 def test_robots_that_start_anywhere_line_up(tmp_path: Path, seed: int) -> None:
     rehearsal = Rehearsal(anywhere(tmp_path, seed), seed, LOSSY)
     for _ in ticks_until_formed(rehearsal):
@@ -167,7 +168,7 @@ def records(rehearsal: Rehearsal, kind: type) -> list[object]:
     return [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, kind)]
 
 
-@settings(max_examples=5)
+@settings(max_examples=examples(5))
 @given(
     seed=st.integers(0, 1000),
     loss=st.sampled_from([0.0, 0.3, 0.7]),

@@ -18,8 +18,8 @@ from agents.navigation.certificate import (
     short_step_walls,
 )
 from protocol.mission import Bounds
-from tests.support.examples import examples
 from tests.support.stages.one_step import look_around, under, wall
+from tests.support.strategies.examples import examples
 from world.geometry.clearance import clearance
 from world.geometry.shapes import Circle, Ellipse, Polygon, Shape, ground_of
 

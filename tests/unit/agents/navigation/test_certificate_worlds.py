@@ -15,7 +15,6 @@ from agents.navigation.certificate import (
     short_step_walls,
 )
 from protocol.arrays import Floats
-from tests.support.examples import examples
 from tests.support.scenes.standpoints import (
     HEADINGS,
     HEADINGS_RAD,
@@ -24,6 +23,7 @@ from tests.support.scenes.standpoints import (
     Standpoint,
     standpoints,
 )
+from tests.support.strategies.examples import examples
 from world.geometry.shapes import Circle, Polygon, Shape
 
 ROUNDING_M = 1e-8

@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 
 from agents.navigation.grid import FINE, Grid, Lattice
 from protocol.arrays import Floats
-from tests.support.examples import examples
+from tests.support.strategies.examples import examples
 
 CELL_M = 0.1
 LOW = np.array([-1.0, -0.5])

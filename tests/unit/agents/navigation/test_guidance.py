@@ -11,8 +11,8 @@ from agents.navigation.pricing import COMFORT, DOUBT
 from protocol.arrays import Flags, Floats
 from protocol.mission import Bounds
 from protocol.wire.view import SEEN_BYTES_MAX
-from tests.support.examples import examples
 from tests.support.stages.one_step import under
+from tests.support.strategies.examples import examples
 
 BOUNDS = Bounds(x_m_min=-1.0, y_m_min=-2.0, x_m_max=3.0, y_m_max=1.0)
 ROBOT = under("certified", robot_radius_m=0.1, bounds=BOUNDS)

@@ -12,9 +12,9 @@ from agents.navigation.sure import LEAST_M, closer, sure
 from protocol.arrays import Floats
 from protocol.frames import Pose
 from protocol.mission import RAYS_MAX, Mission
-from tests.support.examples import examples
 from tests.support.scenes.arches import pointed_arch
 from tests.support.stages.one_step import look_around, under
+from tests.support.strategies.examples import examples
 from tests.support.strategies.shape_strategies import patiently, shapes
 from world.geometry.rings import is_simple
 from world.geometry.shapes import Circle, Ellipse, Polygon, Shape

@@ -11,7 +11,7 @@ from agents.commands import AskScan
 from agents.events import TokenCame
 from agents.process.journal import Given, Head, Journal, Recording, Turn, decision, open_journal
 from protocol.errors import UsageError
-from tests.support.examples import examples
+from tests.support.strategies.examples import examples
 from world.scenario.scenario import load
 
 HEAD = Head(robot=3, incarnation="0a1b", mission=load("paper").mission(), life=9)

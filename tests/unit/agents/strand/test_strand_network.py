@@ -15,9 +15,9 @@ from agents.navigation.certificate import certified_lengths_m
 from agents.strand.strand import Strand
 from protocol.frames import Point, Pose
 from protocol.path import Path
-from tests.support.examples import examples
 from tests.support.stages.one_step import under
 from tests.support.stages.strand_stage import formation, own, queue_path
+from tests.support.strategies.examples import examples
 
 MISSION = under("certified", robots=3, robot_radius_m=0.1, separation_m=0.1)
 KEEP_M = 0.31  # two radii, the separation and the tolerance

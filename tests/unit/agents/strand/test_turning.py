@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from agents.liveness.reason import Turnabout
 from protocol.frames import Point
 from protocol.timeline import MessageRefused
-from tests.support.examples import examples
 from tests.support.stages.member_stage import MemberStage, row
 from tests.support.stages.one_step import under
+from tests.support.strategies.examples import examples
 
 MISSION = under(
     "certified",

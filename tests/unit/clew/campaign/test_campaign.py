@@ -28,6 +28,7 @@ from protocol.root import ROOT
 from tests.support.campaigns import clew, closed, outcome, refused, scene
 from tests.support.deadline import DEADLINE_S
 from tests.support.logs.logs import GOOD
+from tests.support.long import long
 from tests.support.processes.fleets import wait_until
 from tests.support.stages.fleets import raw
 from world.scenario.scene import EPSILON_M_MAX, EPSILON_RADII
@@ -363,7 +364,7 @@ def going(scenes: Path, begun: subprocess.Popen[str]) -> subprocess.Popen[str]:
     return begun
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, *long([signal.SIGTERM])])
 def test_workers_start_with_requests_to_end_blocked(
     scenes: Path, begun: subprocess.Popen[str], number: signal.Signals
 ) -> None:
@@ -376,7 +377,7 @@ def test_workers_start_with_requests_to_end_blocked(
     assert "Traceback" not in complaints
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, *long([signal.SIGTERM])])
 def test_an_interrupted_campaign_says_so_and_can_be_continued(
     scenes: Path, going: subprocess.Popen[str], number: signal.Signals
 ) -> None:

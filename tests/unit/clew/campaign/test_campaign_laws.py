@@ -56,7 +56,7 @@ def test_what_a_law_prints_is_no_part_of_the_result(
 
 
 def test_a_law_that_never_returns_is_named_where_the_time_is_up(here: Path) -> None:
-    (here / "mylaw.py").write_text("def mine(seen):\n    while True: pass\n")
+    (here / "mylaw.py").write_text("import threading\ndef mine(seen): threading.Event().wait()\n")
     asked = ("-n", "1", "--jobs", "1", "--law", "mylaw.py:mine", "--wall-s-max", "2")
     clew("campaign", "one.json", *asked, "--out", "out")
     (first,) = told(here)["episodes"]

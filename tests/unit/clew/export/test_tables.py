@@ -18,10 +18,10 @@ from clew.export.columns import Column, Part, Plain, columns_of
 from clew.export.tables import TYPES
 from clew.log.log import Log
 from tests.support.campaigns import clew
-from tests.support.examples import examples
 from tests.support.logs.exports import one_of_each_kind, rows_of
 from tests.support.logs.logs import recorded
 from tests.support.runs import Runs
+from tests.support.strategies.examples import examples
 from world.record.lines import Line
 
 READ: dict[Plain, Callable[[str], object]] = {

@@ -22,6 +22,7 @@ from clew.fields.kinds import Kind
 from clew.fields.scatter import scatter
 from clew.fields.shapes import extent, polygon
 from tests.support.scenes.full_map import Answer, Disc, solvable
+from tests.support.strategies.examples import examples
 from world.geometry.shapes import Polygon
 from world.scenario.budget import sure_range_m
 from world.scenario.scenario import Scenario, load
@@ -33,7 +34,7 @@ ROUND = {Kind.RINGS, Kind.SPIRAL}
 ROUNDING_M = 1e-9
 
 kinds, seeds = st.sampled_from(Kind), st.integers(0, 3)
-few = settings(max_examples=15)
+few = settings(max_examples=examples(15))
 
 
 def a_field(kind: Kind, seed: int) -> Field:

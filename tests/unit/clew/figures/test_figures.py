@@ -28,6 +28,7 @@ from protocol.timeline import PoseSampled
 from tests.support.campaigns import clew, closed
 from tests.support.deadline import DEADLINE_S
 from tests.support.figures import chart, course, painted
+from tests.support.long import long
 from tests.support.runs import Runs
 from world.judge.table import measure
 from world.judge.tally import Tally
@@ -268,7 +269,7 @@ def test_every_switching_step_has_a_panel_with_the_chosen_gap(folder: Path) -> N
         assert width_m == pytest.approx(planned.plan.gaps[planned.plan.gap].width_m, abs=1e-6)
 
 
-@pytest.mark.parametrize("name", ["paper", "killed", "pedestrian"])
+@pytest.mark.parametrize("name", ["killed", *long(["paper", "pedestrian"])])
 def test_panels_of_steps_fill_most_of_the_page(folder: Path, name: str) -> None:
     drawn = chart(course(folder / name), "steps")
     figure = Figure(figsize=drawn.size_in, layout="constrained")

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.support.examples import examples
 from tests.support.judges import found, poses, scenario
+from tests.support.strategies.examples import examples
 
 POST = {"shape": "circle", "centre_m": [2.0, 0.5], "radius_m": 0.2}
 BLOCK = {"shape": "polygon", "vertices_m": [[1.5, 0.3], [2.5, 0.3], [2.5, 0.9], [1.5, 0.9]]}

@@ -56,7 +56,7 @@ def test_new_cores_decide_like_the_rehearsed_ones(run: Path) -> None:
     assert all(each.decisions > 100 and each.flaws == () for each in replayed.robots)
 
 
-@pytest.mark.parametrize("name", ["burst", "robot-restarted", *long(["killed-after-plan", "leader-frozen"])])
+@pytest.mark.parametrize("name", ["robot-restarted", *long(["burst", "killed-after-plan", "leader-frozen"])])
 def test_cores_decide_by_their_inputs_alone_under_faults(runs: Runs, name: str) -> None:
     replayed = replay(runs.of("grove", faults=name))
     assert replayed.ok, "\n".join(sentences(replayed))

@@ -9,15 +9,11 @@ import pytest
 
 from agents.process.journal import Recording
 from clew.log.replay_missing import NEVER_STARTED, NO_MISSION
-from clew.rehearsal.recorded import rehearse
-from protocol.faults.plan import load as load_plan
 from protocol.network.session import INPUTS
-from protocol.root import ROOT
 from protocol.wire.codec import packed
 from tests.support.campaigns import clew
 from tests.support.runs import Runs
 from world.record.recorder import EVENTS_FILE
-from world.scenario.scenario import load
 
 DAMAGE_AT = 5000  # of tens of thousands of bytes
 
@@ -112,15 +108,14 @@ def test_a_robot_without_a_journal_is_named_and_is_a_failure(run: Path) -> None:
     assert clew("replay", run, "--robot", "2").exit_code == 0, "nobody asked for robot 1"
 
 
-def test_a_robot_that_was_started_again_has_two_journals(tmp_path: Path) -> None:
-    plan = load_plan(str(ROOT / "launch" / "faults" / "robot-restarted.toml"))
-    rehearse(load("grove"), 1, tmp_path, lambda _: None, plan)
-    assert clew("replay", tmp_path).exit_code == 0
+def test_a_robot_that_was_started_again_has_two_journals(runs: Runs, tmp_path: Path) -> None:
+    run = runs.copy(tmp_path / "run", "grove", faults="robot-restarted")
     first, _ = sorted(
-        path for path in (tmp_path / INPUTS).iterdir() if len(lives(tmp_path, Recording(path).head.robot)) > 1
+        path for path in (run / INPUTS).iterdir() if len(lives(run, Recording(path).head.robot)) > 1
     )
+    assert clew("replay", run, "--robot", str(Recording(first).head.robot)).exit_code == 0
     first.unlink()
-    said = clew("replay", tmp_path)
+    said = clew("replay", run)
     assert said.exit_code == 1
     assert "(1): has no journal, though" in said.stdout
 

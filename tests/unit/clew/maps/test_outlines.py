@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import arrays
 
 from clew.maps.outlines import CORNERS_MAX, coarsened, outlines, pieces_min
 from protocol.arrays import Flags
-from tests.support.examples import examples
+from tests.support.strategies.examples import examples
 from world.geometry.clearance import distances
 from world.geometry.shapes import Polygon, ground_of
 

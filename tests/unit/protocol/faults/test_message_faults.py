@@ -17,7 +17,7 @@ from protocol.fence import Turn
 from protocol.wire.codec import decode, encode
 from protocol.wire.messages import AheadState, Drive, Message, Odometry, Scan
 from protocol.wire.view import Answer, Report
-from tests.support.examples import examples
+from tests.support.strategies.examples import examples
 from tests.support.strategies.message_strategies import values_of
 
 SIGMAS = 4.5  # fair draws deviate further once in 150,000 cases

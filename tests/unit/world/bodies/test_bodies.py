@@ -11,7 +11,7 @@ from protocol.fence import Bearing, Epoch, Fence, May
 from protocol.frames import Point, Pose
 from protocol.mission import DEADMAN_S
 from protocol.wire.messages import Drive
-from tests.support.examples import examples
+from tests.support.strategies.examples import examples
 from world.bodies.bodies import Bodies, Moves
 from world.scenario.sections import DriveSection
 

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol.fence import Cause, Change, Epoch, Fence, May, Raise, Release, Stop, Turn
-from tests.support.examples import examples
 from tests.support.registers import ROBOTS, life_of, raised
+from tests.support.strategies.examples import examples
 from world.bodies.fence import Register
 
 robots = st.integers(0, ROBOTS + 1)

@@ -9,8 +9,8 @@ from protocol.fence import Bearing, Epoch, Fence, May
 from protocol.frames import Point, Pose
 from protocol.mission import Bounds
 from protocol.wire.messages import Drive
-from tests.support.examples import examples
 from tests.support.scenes.world_scenarios import scenario
+from tests.support.strategies.examples import examples
 from world.bodies.bodies import Bodies, Moves
 from world.bodies.guard import SMALL_FLEET, Guard
 from world.geometry.movers import Movers

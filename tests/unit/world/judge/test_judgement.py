@@ -7,9 +7,9 @@ from protocol.exit_codes import ExitCode
 from protocol.frames import Point
 from protocol.timeline import Entry, PoseSampled, PromiseBroken
 from protocol.timeline.invariants import INVARIANTS
-from tests.support.examples import examples
 from tests.support.scenes.world_scenarios import scenario
 from tests.support.stages.world_stage import Stage
+from tests.support.strategies.examples import examples
 from world.events import StopAsked
 from world.judge.judgement import judge
 from world.judge.monitor import Monitor

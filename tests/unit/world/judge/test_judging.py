@@ -20,7 +20,7 @@ from world.judge.rules.evidence import FORMATIONS_KEPT
 from world.judge.tally import Tally
 from world.judge.truth.arrivals import STRANDS_KEPT
 
-SHORT, LONG = 3_000, 30_000
+SHORT, LONG = 3_000, 12_000
 UNDECIDED_MAX = MOVES_AT_ONCE + len(ORDER) * round(LAG_S / 0.1 + 2)
 
 

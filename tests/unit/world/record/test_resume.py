@@ -27,12 +27,12 @@ from protocol.timeline import (
     WorldResumed,
 )
 from protocol.wire.messages import Odometry, Phase
-from tests.support.examples import examples
 from tests.support.logs.logs import AT_REST, HEADER, numbered, recorded
 from tests.support.long import long
 from tests.support.processes.fleets import Fleet, clew
 from tests.support.scenes.world_scenarios import scenario
 from tests.support.stages.world_stage import Stage, life_of
+from tests.support.strategies.examples import examples
 from world.attendance import SILENCE_S
 from world.bodies.arena import TICK_S
 from world.events import ScanAsked, StopAsked, TokenCame

@@ -16,8 +16,8 @@ from protocol.errors import UsageError
 from protocol.mission import Bounds
 from tests.support.campaigns import clew, scene
 from tests.support.docs import example
-from tests.support.examples import examples
 from tests.support.processes.fleets import Fleet
+from tests.support.strategies.examples import examples
 from tests.support.strategies.shape_strategies import as_shapely
 from world.geometry.clearance import distances
 from world.geometry.shapes import Circle, Polygon, Shape, ground_of
