@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from protocol.root import ROOT
+from tests.support.campaigns import clew as clew_here
 from tests.support.deadline import DEADLINE_S
 from tests.support.processes.fleets import LAUNCHER, Fleet, Outcome, clew
 
@@ -102,8 +103,8 @@ def test_log_check_detects_a_tampered_log(
     paper: tuple[Fleet, Outcome], kind: str, change: dict[str, object] | None, complaint: str
 ) -> None:
     fleet, _ = paper
-    checked = clew("log", "check", str(rewritten(fleet, kind, change)), cwd=fleet.cwd)
-    assert checked.returncode == 1
+    checked = clew_here("log", "check", rewritten(fleet, kind, change))
+    assert checked.exit_code == 1
     assert complaint in checked.stdout
 
 

@@ -13,7 +13,8 @@ import pytest
 from protocol.faults.manual_faults import FaultRequest, request_fault
 from protocol.faults.rules import Kill
 from protocol.files.toml_text import toml_text
-from tests.support.processes.fleets import Fleet, clew, wait_until
+from tests.support.campaigns import clew
+from tests.support.processes.fleets import Fleet, wait_until
 from tests.support.stages.fleets import fleet as crew
 from tests.support.stages.fleets import raw
 
@@ -61,10 +62,10 @@ def test_two_fleets_cross_and_arrive_and_a_robot_that_is_killed_holds_up_neither
     assert (kept["violations"], kept["deaths"], kept["messages"]["unaccounted"]) == (0, [], 0)
     assert fleet.leftovers() == []
     for name in ("east", "north"):
-        assert clew("log", "check", f"runs/latest/{name}", cwd=fleet.cwd).returncode == 0
-        assert clew("replay", f"runs/latest/{name}", cwd=fleet.cwd).returncode == 0
-    judged = clew("judge", "runs/latest", cwd=fleet.cwd)
-    assert judged.returncode == 0, judged.stdout
+        assert clew("log", "check", fleet.folder() / name).exit_code == 0
+        assert clew("replay", fleet.folder() / name).exit_code == 0
+    judged = clew("judge", fleet.folder())
+    assert judged.exit_code == 0, judged.stdout
     assert judged.stdout.splitlines()[-1] == "OK: 2 fleets, 0 contacts between them"
 
 

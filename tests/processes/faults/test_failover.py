@@ -6,7 +6,8 @@ import signal
 from typing import Any
 
 from protocol.timeline import RouterFound, RouterLost
-from tests.support.processes.fleets import Fleet, clew, wait_until
+from tests.support.campaigns import clew
+from tests.support.processes.fleets import Fleet, wait_until
 from world.routing import LOOK_S_MAX, Routing
 
 
@@ -29,7 +30,7 @@ def end_well(fleet: Fleet) -> dict[str, Any]:
     verdict: dict[str, Any] = json.loads(outcome.out)
     assert (verdict["ok"], verdict["violations"], verdict["events"]["missing"]) == (True, 0, 0)
     assert (verdict["deaths"], verdict["robots_arrived"]) == ([], 3)
-    assert clew("log", "check", "runs/latest", cwd=fleet.cwd).returncode == 0
+    assert clew("log", "check", fleet.folder()).exit_code == 0
     assert fleet.leftovers() == []
     return verdict
 

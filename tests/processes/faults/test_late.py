@@ -17,7 +17,7 @@ def pid_of(fleet: Fleet, robot: str) -> int:
 
 
 def test_a_robot_that_was_stopped_for_long_holds_nobody_for_lost(fleet: Fleet) -> None:
-    fleet.start("grove", "-n", "3", "--json")
+    fleet.start("grove", "-n", "3", "--speed", "2", "--json")
     fleet.wait_for("step.planned")
     judge = pid_of(fleet, "r2")
     os.kill(judge, signal.SIGSTOP)

@@ -11,9 +11,10 @@ import pytest
 
 from clew.rehearsal.logbook import NTP64_PER_S
 from protocol.root import ROOT
+from tests.support.campaigns import clew
 from tests.support.deadline import DEADLINE_S
 from tests.support.long import long
-from tests.support.processes.fleets import Fleet, clew
+from tests.support.processes.fleets import Fleet
 
 
 def plan(folder: Path, *rules: str) -> str:
@@ -145,7 +146,7 @@ def test_clew_fault_strikes_a_running_fleet_and_refuses_a_finished_one(fleet: Fl
     dropped = clew_fault(fleet, "drop", "--from", "r1", "--to", "2", "--probability", "0.5", "--for", "5s")
     assert (dropped.returncode, dropped.stdout) == (0, "given-2\n"), dropped.stderr
     for verb, word in (("log check", "not complete"), ("replay", "robot 1")):
-        said = clew(*verb.split(), "runs/latest", cwd=fleet.cwd)
+        said = clew(*verb.split(), fleet.folder())
         assert f"{word}" in said.stdout
         assert "the run is still going on" in said.stdout
         assert "did not live" not in said.stdout

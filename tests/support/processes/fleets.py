@@ -115,15 +115,19 @@ class Fleet:
 
     def entries(self) -> list[dict[str, Any]]:
         """The entries of the timeline so far, without a line that is still being written."""
+        return list(map(json.loads, self._lines()))
+
+    def _lines(self) -> list[bytes]:
         path = self.folder() / "events.jsonl"
-        text = path.read_text(encoding="utf-8") if path.exists() else ""
-        return [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
+        lines = path.read_bytes().splitlines(keepends=True) if path.exists() else []
+        return lines[:-1] if lines and not lines[-1].endswith(b"\n") else lines
 
     def wait_for(self, kind: str) -> dict[str, Any]:
         """Wait for the first entry of a kind."""
 
         def first() -> dict[str, Any] | None:
-            return next((entry for entry in self.entries() if entry["kind"] == kind), None)
+            told = (json.loads(line) for line in self._lines() if kind.encode() in line)  # few are read whole
+            return next((entry for entry in told if entry["kind"] == kind), None)
 
         return wait_until(first)
 

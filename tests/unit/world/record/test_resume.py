@@ -27,9 +27,10 @@ from protocol.timeline import (
     WorldResumed,
 )
 from protocol.wire.messages import Odometry, Phase
+from tests.support.campaigns import clew
 from tests.support.logs.logs import AT_REST, HEADER, numbered, recorded
 from tests.support.long import long
-from tests.support.processes.fleets import Fleet, clew
+from tests.support.processes.fleets import Fleet
 from tests.support.scenes.world_scenarios import scenario
 from tests.support.stages.world_stage import Stage, life_of
 from tests.support.strategies.examples import examples
@@ -335,7 +336,7 @@ def test_a_fleet_whose_world_is_killed_arrives_and_nothing_is_missing(fleet: Fle
     verdict = json.loads(outcome.out)
     assert (verdict["ok"], verdict["violations"], verdict["events"]["missing"]) == (True, 0, 0)
     assert verdict["robots_arrived"] == 3
-    assert clew("log", "check", "runs/latest", cwd=fleet.cwd).returncode == 0
+    assert clew("log", "check", fleet.folder()).exit_code == 0
     assert [each["life"] for each in fleet.entries() if each["kind"] == "world.resumed"] == [1]
     assert fleet.leftovers() == []
 
