@@ -135,7 +135,7 @@ def test_an_installed_package_has_all_its_files_and_its_command(elsewhere: Path)
     "options",
     [
         pytest.param(["--clew-stage=rehearsal"], id="rehearsal"),
-        pytest.param(["-k", "frozen"], id="live"),
+        pytest.param(["-k", "frozen"], id="live", marks=pytest.mark.long),
         pytest.param(["-n", "2"], id="each on its own, in parallel", marks=pytest.mark.long),
         pytest.param(["--clew-stage=live", "-k", "partition"], id="live as asked", marks=pytest.mark.long),
     ],

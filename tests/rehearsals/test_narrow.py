@@ -65,7 +65,7 @@ CORNERS: dict[str, list[shapely.Polygon]] = {
     "3 degrees elsewhere": [wedge(ASIDE, 3.0, 1.5)],
     "1.15 degrees elsewhere": [wedge(ASIDE, 1.15, 1.5)],
 }
-SHOWN = ("1 degree inside a wall", "10 degrees elsewhere")
+SHOWN = ("1 degree inside a wall",)  # elsewhere it is passed below
 
 
 @pytest.mark.parametrize("corner", [*SHOWN, *long(each for each in CORNERS if each not in SHOWN)])

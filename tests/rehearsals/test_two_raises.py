@@ -72,7 +72,7 @@ def late_raises(least_s: float, most_s: float) -> Delay:
         (late_raises(0.3, 0.5), 1, [(10_001, 0), (10_004, 0), (10_004, 1)]),
         # Greater numbers arrive when the strand of the first one may drive already: they change nothing.
         (late_raises(0.5, 0.9), 4, [(10_001, 0), (10_001, 1)]),
-        (late_raises(0.5, 0.9), 2, [(10_003, 0), (10_003, 1)]),
+        *long([(late_raises(0.5, 0.9), 2, [(10_003, 0), (10_003, 1)])]),
     ],
 )
 def test_of_several_raises_of_one_generation_one_is_coordinated_and_the_fleet_arrives(

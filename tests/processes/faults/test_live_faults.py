@@ -111,6 +111,7 @@ def test_every_message_fault_is_recorded_and_the_message_counts_balance(
         'fault = "corrupt"\nprobability = 0.05',
         'fault = "duplicate"\nprobability = 0.2\ndelay_s_max = 0.1',
         'fault = "delay"\ndelay_s_max = 0.05',
+        robots=2,
         speed="5",
     )
     messages = verdict["messages"]
