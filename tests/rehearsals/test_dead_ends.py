@@ -113,6 +113,9 @@ def test_a_strand_gets_out_of_dead_ends(robots: int, scene: str) -> None:
     assert rehearsal.world.ending is Ending.ARRIVED, again
 
 
+TURNING = [(2, TURNS[1]), *long([(2, TURNS[0]), (2, TURNS[2]), (9, TURNS[1])])]
+
+
 @pytest.mark.parametrize(("robots", "scene"), TURNING)
 def test_in_a_corridor_one_robot_wide_the_strand_turns_round(robots: int, scene: str) -> None:
     rehearsal = Rehearsal(SCENES[scene](robots), 1, PERFECT).run()
