@@ -67,7 +67,7 @@ def test_the_timeline_names_who_is_stranded_and_whose_body_is_in_the_way() -> No
 
 
 def test_behind_a_dead_leader_nobody_can_go_on_and_the_route_is_lost_soon() -> None:
-    rehearsal, died_s = plugged(4, 1)
+    rehearsal, died_s = plugged(6, 1)
     assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
     assert rehearsal.world.ending is Ending.ROUTE_LOST
     assert rehearsal.world.over_s - died_s < ENDS_WITHIN_S

@@ -21,6 +21,10 @@ def test_arrives(clew_rehearsal, clew_seed, tmp_path):
     code, said = played(tmp_path, test, "-v", "-n", "2")
     assert code == 0, said
     assert all(f"test_arrives[seed={seed}]" in said for seed in range(2))
+    code, said = played(tmp_path, test, "-v", "--clew-seed=7")
+    assert code == 0, said
+    assert "test_arrives[seed=7] PASSED" in said
+    assert "1 passed" in said
 
 
 def test_the_markers_of_a_class_and_of_a_test_add_up_the_nearest_first(tmp_path: Path) -> None:

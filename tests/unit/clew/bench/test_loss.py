@@ -98,7 +98,6 @@ def test_the_figure_is_reproducible_to_the_byte_and_has_a_hole_where_fleets_neve
     assert b"nan" not in drawn
 
 
-@pytest.mark.long
 def test_a_rehearsal_arrives_a_little_later_with_10_percent_loss_and_never_with_100_percent() -> None:
     scenario = load("grove", robots=2)
     whole, tenth = (rehearsed(scenario, loss_plan(Reach.ALL, rate), 1) for rate in (0.0, 0.1))
