@@ -13,7 +13,7 @@ Usage: launch/test.sh [--long] [PYTEST ARGUMENTS]
   the first time). It takes seven to twelve minutes on two cores, and exits with 0 if all is well, else with 1.
 
   With --long, also the tests that show again what another one shows, with more seeds, robots or loss, and those
-  that try the benchmarks: some six minutes more. Properties are then tried with five times as many.
+  that try the benchmarks: some six minutes more. Properties are then tried with three times as many.
 
   Examples:
     launch/test.sh

@@ -25,7 +25,6 @@ from protocol.faults.plan import load as load_plan
 from protocol.root import ROOT
 from tests.support.campaigns import clew, closed, scene
 from tests.support.deadline import DEADLINE_S
-from tests.support.long import long
 from world.record.lines import Line
 from world.record.run_files import read_verdict
 from world.scenario.scenario import load
@@ -122,7 +121,8 @@ def test_a_folder_that_holds_a_run_is_refused(tmp_path: Path) -> None:
     ("number", "code", "ended"),
     [
         (signal.SIGINT, 130, "interrupted"),
-        *long([(signal.SIGTERM, 143, "told to end"), (signal.SIGHUP, 129, "its terminal was closed")]),
+        (signal.SIGTERM, 143, "told to end"),
+        (signal.SIGHUP, 129, "its terminal was closed"),
     ],
 )
 def test_a_signal_ends_the_run_with_a_verdict(

@@ -10,7 +10,6 @@ from protocol.frames import Point, Pose
 from protocol.mission import Bounds
 from protocol.wire.messages import Drive
 from tests.support.scenes.world_scenarios import scenario
-from tests.support.strategies.examples import examples
 from world.bodies.bodies import Bodies, Moves
 from world.bodies.guard import SMALL_FLEET, Guard
 from world.geometry.movers import Movers
@@ -20,7 +19,7 @@ from world.scenario.sections import DriveSection
 GROUND = scenario().ground  # a circle at (1.5, 0.6) of radius 0.3, and a square from (2, -1.5) to (3, -0.5)
 ALL = Fence(epoch=Epoch(generation=1, robot=1, life=7), turn=4, may=May.ALL, robot=1, members=3)
 TICK_S = 0.02
-quietly = settings(deadline=None, max_examples=examples(20))  # a case is 100s of ticks
+quietly = settings(deadline=None, max_examples=20)  # a case is 100s of ticks
 
 
 class Watched:
