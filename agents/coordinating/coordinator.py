@@ -168,7 +168,7 @@ class Coordinator:
             return []
         if self._has_news and self.phase is Phase.TURNING:
             self._enter(Phase.GATHERING)
-        if self.phase is Phase.GATHERING or self._own_place_is_old:
+        if self.phase is Phase.GATHERING or self._reported.owes_place(self._robot, self._turns):
             return self._take_back(fence, now_s)
         gone_s = now_s - self._timing.comes_back_s
         others_may_come_back = not self._reported.others_have_gone(self._mission.robots, gone_s)
@@ -209,12 +209,6 @@ class Coordinator:
             self._suspicion.blame(fence.robot, now_s, penalty=SLOW_PENALTY)
             self._drop(fence.robot)
         return True
-
-    @property
-    def _own_place_is_old(self) -> bool:
-        """Whether its own turn was in vain, and it has not reported since where it stands."""
-        report, put_for = self._reports[self._robot], self._turns.put_for(self._robot)
-        return report.ended < put_for and report.turn <= put_for
 
     # --- the formation ------------------------------------------------------------------------------
 
