@@ -18,6 +18,7 @@ from protocol.timeline import (
 )
 from tests.support.scenes.world_scenarios import scenario
 from tests.support.stages.world_stage import Stage, life_of
+from protocol.wire.messages import Phase
 from world.bodies.arena import TICK_S
 from world.core import (
     HEAL_S_MAX,
@@ -206,6 +207,15 @@ def test_without_a_router_no_robot_is_declared_dead_and_the_run_waits_for_a_time
     look_without_router(stage, ROUTER_PATIENCE_WALL_S)
     assert stage.at()[2] is Ending.CUT_OFF
     assert stage.world.tally.died == set()
+
+
+def test_a_router_that_was_never_there_is_lost_after_the_same_time() -> None:
+    stage = Stage(scenario())
+    look_without_router(stage, ROUTER_PATIENCE_WALL_S - 0.1)  # the first look is a tenth of it later
+    assert stage.at()[2] is None
+    look_without_router(stage, 0.5 * ROUTER_PATIENCE_WALL_S)
+    assert stage.at()[2] is Ending.CUT_OFF
+    assert stage.world.judgement is not None
 
 
 # --- stranded robots ------------------------------------------------------------------------------

@@ -11,10 +11,13 @@ import pytest
 from msgspec.structs import replace
 
 from clew.rehearsal.rehearsal import Rehearsal
-from protocol.faults.plan import NO_FAULTS, uniform
+from protocol.faults.plan import NO_FAULTS, Plan, uniform
+from protocol.faults.rules import ROUTER, Kill, Partition, Rule
+from protocol.keys import WORLD
 from protocol.timeline import LinkSilent, RobotDied, RobotHeld, StrandFormed
 from tests.support.faults import injected
 from tests.support.long import long
+from world.core import ROUTER_PATIENCE_WALL_S
 from world.judge.ending import Ending
 from world.judge.judgement import Judgement, judge
 from world.judge.table import measure, rms_m
@@ -95,6 +98,14 @@ def test_when_a_robot_dies_the_others_arrive(dies_at_s: float, robot: int) -> No
     died = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, RobotDied)]
     assert [death.robot for death in died] == [robot], again
     assert judged(rehearsal).breaches == (), again
+
+
+@pytest.mark.parametrize("rule", [Kill(target=ROUTER), Partition(group=(WORLD,), others=(ROUTER,))])
+def test_a_run_whose_world_never_reaches_the_router_ends(rule: Rule) -> None:
+    rehearsal = Rehearsal(load("grove"), 1, Plan(name="alone", rules=(rule,)))
+    last_s = max(itertools.takewhile(lambda now_s: now_s < 60.0, rehearsal.ticks()))
+    assert rehearsal.world.ending is Ending.CUT_OFF
+    assert last_s == pytest.approx(ROUTER_PATIENCE_WALL_S, abs=0.1)
 
 
 def test_a_seed_determines_the_whole_run() -> None:
