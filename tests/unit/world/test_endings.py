@@ -18,7 +18,6 @@ from protocol.timeline import (
 )
 from tests.support.scenes.world_scenarios import scenario
 from tests.support.stages.world_stage import Stage, life_of
-from protocol.wire.messages import Phase
 from world.bodies.arena import TICK_S
 from world.core import (
     HEAL_S_MAX,
