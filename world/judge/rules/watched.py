@@ -5,6 +5,8 @@ Rule 1: the world samples a body that moves every `SAMPLED_S`. A longer way betw
 Rule 2: where the world says that a body was, when that took or finished an order or was scanned, lies on its
         way: between the sample before and the one after, or where it stands if none follows.
 Rule 3: what stays off the way is one violation.
+Rule 4: none follows when the log has its end, or entries from when it was due. Behind the last entry of a log
+        that is cut off a body may have moved on.
 """
 
 import math
@@ -14,7 +16,15 @@ from dataclasses import dataclass, field
 from typing import get_args
 
 from protocol.keys import WORLD
-from protocol.timeline import Entry, OrderAccepted, OrderFinished, PoseSampled, ScanServed, StepFinished
+from protocol.timeline import (
+    Entry,
+    OrderAccepted,
+    OrderFinished,
+    PoseSampled,
+    RunEnded,
+    ScanServed,
+    StepFinished,
+)
 from world.judge.rules.claims import ROUNDING_S
 from world.judge.rules.evidence import ROUNDING_M, apart_m
 from world.judge.rules.rule import Dated, breach_of
@@ -68,27 +78,31 @@ class _Body:
 class Watched:
     """Judges whether the world watched all bodies of a run."""
 
-    kinds = frozenset[type]({PoseSampled, *get_args(Told)})
+    kinds = frozenset[type]({PoseSampled, RunEnded, *get_args(Told)})
 
     def __init__(self) -> None:
         self._bodies: defaultdict[int, _Body] = defaultdict(_Body)
+        self._watched_s = -math.inf
+        """Until then all samples are there."""
 
     def hear(self, source: str, entry: Entry) -> Iterator[Dated]:
-        """Process what says where a body is."""
+        """Process what says where a body is, and the end of the log."""
         record, t_s = entry.record, entry.t_s
-        if source != WORLD or not isinstance(record, PoseSampled | Told):
+        if source != WORLD or not isinstance(record, PoseSampled | RunEnded | Told):
             return
-        body = self._bodies[record.robot]
+        due_s = t_s - SAMPLED_S - ROUNDING_S
+        self._watched_s = math.inf if isinstance(record, RunEnded) else max(self._watched_s, due_s)
         if isinstance(record, PoseSampled):
-            yield from body.sample(t_s, record)
-        else:
-            yield from body.compare(t_s - SAMPLED_S - ROUNDING_S)
+            yield from self._bodies[record.robot].sample(t_s, record)
+        elif isinstance(record, Told):
+            body = self._bodies[record.robot]
+            yield from body.compare(due_s)
             body.tell(t_s, record)
 
     def close(self) -> Iterator[Dated]:
-        """No sample follows."""
+        """Rule 4."""
         for body in self._bodies.values():
-            yield from body.compare(math.inf)
+            yield from body.compare(self._watched_s)
 
 
 def _off_m(t_s: float, told: Told, before: Sample, after: Sample) -> float:

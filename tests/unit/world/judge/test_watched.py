@@ -7,12 +7,14 @@ from msgspec.structs import replace
 
 from protocol.exit_codes import ExitCode
 from protocol.frames import Point
+from protocol.keys import WORLD
 from protocol.timeline import (
     Entry,
     OrderAccepted,
     OrderFinished,
     PoseSampled,
     PromiseBroken,
+    RunEnded,
     ScanServed,
     StepFinished,
 )
@@ -111,6 +113,34 @@ def test_a_place_that_the_world_tells_and_its_samples_do_not_show_is_a_violation
     broken = [each for each in found(lies) if "by its samples" in each.why]
     assert {each.why for each in broken} == {f"is elsewhere than {said} says, by its samples"}
     assert broken[0].measured_m == pytest.approx(OFF_M)
+
+
+def test_a_log_that_is_cut_off_does_not_show_that_a_body_stood() -> None:
+    lines = ended(driven())
+    for cut in range(1, len(lines)):
+        assert found(lines[:cut]) == [], f"cut behind {lines[cut - 1]}"
+
+
+def jumped(lines: Lines) -> tuple[str, Entry]:
+    """The world says last that body 1 is aside of where it stands."""
+    told = next(each for _, each in lines if isinstance(each.record, OrderFinished))
+    assert isinstance(told.record, OrderFinished)
+    aside = replace(told.record, y_m=told.record.y_m + OFF_M)
+    return WORLD, replace(told, t_s=lines[-1][1].t_s, record=aside)
+
+
+@pytest.mark.parametrize(("later_s", "is_seen"), [(0.08, False), (0.12, True)])
+def test_a_cut_log_shows_a_jump_if_a_sample_was_due_since(later_s: float, is_seen: bool) -> None:
+    lines = ended(driven())
+    source, last = lines[-1]  # a sample of body 2
+    newest = source, replace(last, t_s=last.t_s + later_s)
+    assert [each.robot for each in found([*lines, jumped(lines), newest])] == [1] * is_seen
+
+
+def test_a_whole_log_shows_a_jump_up_to_its_last_entry() -> None:
+    lines = ended(driven())
+    end = WORLD, replace(lines[-1][1], record=RunEnded(reason="interrupted"))
+    assert [each.robot for each in found([*lines, jumped(lines), end])] == [1]
 
 
 def test_no_robot_can_say_for_the_world_where_a_body_is() -> None:
