@@ -243,7 +243,7 @@ class Life:
         self._faults.end(name, now_s=self._world.now_s)
 
     def halt(self, *, stop: bool) -> str:
-        """Stop the fleet as its operator, or release it; returns what it is in the timeline.
+        """Stop the fleet as its operator, or release it; returns what it is now, and its epoch.
 
         Raises:
             UsageError: the run is not active, or there is nothing to release.
@@ -254,7 +254,7 @@ class Life:
         self._handle(FencePut(NOBODY_NUMBER, change))
         if (fence := self._world.arena.fence) == before and not stop:
             raise UsageError("the fleet is not stopped")
-        return f"{fence.may}, epoch {fence.epoch.number}"
+        return f"{'stopped' if stop else 'released'}, epoch {fence.epoch.number}"
 
     def go(self, for_s: float) -> str:
         """Let a held run go on for so long from now; returns its time.

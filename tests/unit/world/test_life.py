@@ -14,6 +14,7 @@ from protocol.network.session import Session
 from protocol.network.traffic import Traffic
 from protocol.network.transport import Arrival, Asked
 from protocol.wire.messages import Ask, Faults, Message
+from world.events import TokenCame
 from world.faults import RunFaults
 from world.life import TAKE_WALL_S, Life, Request
 from world.record.readback import Readback
@@ -101,6 +102,16 @@ def test_only_a_held_run_is_asked_to_go_on_since_another_one_would_be_held_by_th
 
     with pytest.raises(UsageError, match="the run is not held"):
         asyncio.run(ask())
+
+
+async def test_the_operator_is_told_what_the_fleet_is_now(tmp_path: Path) -> None:
+    session = Session(fleet="clew", run="run", name="world", endpoints=("tcp/127.0.0.1:1",))
+    with life_over(Flooded(session), session, tmp_path) as life:
+        for robot in life._world.attendance.robots:
+            life._handle(TokenCame(robot, "a"))
+        life.turn((), None)
+        assert life.halt(stop=True) == "stopped, epoch 10000"
+        assert life.halt(stop=False) == "released, epoch 20000"
 
 
 async def test_a_world_that_a_fault_slows_down_does_not_take_the_machine_for_late(tmp_path: Path) -> None:
