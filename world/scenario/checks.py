@@ -18,6 +18,8 @@ from world.scenario.budget import Budget
 from world.scenario.sections import DriveSection, Fleet, Goal, LawSection, SensorSection
 
 GOAL = "goal.at_m"
+CLOSEST = "fleet.robot_radius_m + law.epsilon_m"
+"""How near a robot's centre may come to an obstacle; each of the two may be what is wrong."""
 ROUNDING_M = 1e-9
 """The error of places computed by sine and cosine: a million times the last bit of a metre."""
 ROUNDING_MPS = 1e-9
@@ -85,11 +87,11 @@ def tracks(moving: Sequence[Moving], speed_mps_max: float | None) -> None:
 def sight(sensor: SensorSection, rays: int, range_m_used: float, closest_m: float) -> None:
     """The sensor is sure to see every obstacle in time: at twice the distance to keep from it."""
     if sensor.range_m_max <= closest_m:
-        _refuse("sensor.range_m_max", f"> radius + epsilon = {closest_m:g} m", sensor.range_m_max)
+        _refuse("sensor.range_m_max", f"> {CLOSEST} = {closest_m:g} m", sensor.range_m_max)
     # To move at all, a disc of radius r + epsilon needs sight beyond itself: this is as much again.
     if range_m_used < 2.0 * closest_m:
         raise ValueError(
-            f"$.sensor: must be sure of every obstacle out to 2 (radius + epsilon) = {2.0 * closest_m:g} m, "
+            f"$.sensor: must be sure of every obstacle out to 2 ({CLOSEST}) = {2.0 * closest_m:g} m, "
             f"got {range_m_used:.6g} m with {rays} directions"
         )
 

@@ -86,7 +86,7 @@ def _load(tmp_path: Path, text: str, **overrides: object) -> Scenario:
         (
             "range_m_max = 4.0",
             "range_m_max = 0.2",
-            "$.sensor.range_m_max: must be > radius + epsilon = 0.2 m, got 0.2",
+            "$.sensor.range_m_max: must be > fleet.robot_radius_m + law.epsilon_m = 0.2 m, got 0.2",
         ),
         ("range_m_max = 4.0", 'range_m_max = "far"', "$.sensor.range_m_max: must be a number, got 'far'"),
         ("robots = 3", 'robots = "3"', "$.fleet.robots: must be an integer, got '3'"),
@@ -196,7 +196,7 @@ def _load(tmp_path: Path, text: str, **overrides: object) -> Scenario:
         (
             "radius_m = 0.2",
             "radius_m = 0.00005",
-            "$.sensor: must be sure of every obstacle out to 2 (radius + epsilon) = 0.4 m,"
+            "$.sensor: must be sure of every obstacle out to 2 (fleet.robot_radius_m + law.epsilon_m) = 0.4 m,"
             " got 0.114592 m with 7200 directions",
         ),
         (
