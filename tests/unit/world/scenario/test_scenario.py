@@ -196,8 +196,8 @@ def _load(tmp_path: Path, text: str, **overrides: object) -> Scenario:
         (
             "radius_m = 0.2",
             "radius_m = 0.00005",
-            "$.sensor: must be sure of every obstacle out to 2 (fleet.robot_radius_m + law.epsilon_m) = 0.4 m,"
-            " got 0.114592 m with 7200 directions",
+            "$.sensor: must be sure of every obstacle out to 2 (fleet.robot_radius_m + law.epsilon_m) ="
+            " 0.4 m, got 0.114592 m with 7200 directions",
         ),
         (
             "range_sigma_m = 0.001",
