@@ -12,7 +12,7 @@ from protocol.errors import UsageError
 from protocol.plain import plain
 from protocol.run_settings import SCENARIO_FILE
 from protocol.timeline import PromiseBroken
-from protocol.timeline.invariants import counted, named
+from protocol.timeline.invariants import compared, counted, named
 from world.judge.judgement import Breach, Judgement, judge, untrue_in
 from world.judge.monitor import Promises
 from world.judge.verdict import VERDICT_FILE, finite
@@ -190,9 +190,8 @@ def _sentences(finding: Finding) -> list[str]:
 
 
 def _lengths(broken: PromiseBroken) -> str:
-    if broken.measured_m is None:
-        return ""
-    return f": {broken.measured_m:.4f} m against {broken.required_m:.4f} m"
+    lengths = compared(broken.measured_m, broken.required_m, " against ")
+    return f": {lengths}" if lengths else ""
 
 
 def _metres(distance_m: float | None) -> str:

@@ -36,3 +36,13 @@ def named(invariant: str) -> str:
 def counted(violations: Mapping[str, int]) -> str:
     """Which invariants were broken, and how often."""
     return ", ".join(f"{named(each)} {count}" for each, count in violations.items() if count)
+
+
+def compared(measured_m: float | None, required_m: float | None, between: str) -> str:
+    """Both lengths of a broken promise, with the digits that tell them apart; empty if none do."""
+    if measured_m is None or required_m is None:
+        return ""
+    for digits in (4, 6, 9):
+        if round(measured_m, digits) != round(required_m, digits):
+            return f"{measured_m:.{digits}f} m{between}{required_m:.{digits}f} m"
+    return ""

@@ -180,7 +180,8 @@ class Monitor:
             ("clearance", row + 1, None): float(self.clearance_m[row])
             for row in np.flatnonzero(_is_broken(self.clearance_m, required_m)).tolist()
         }
-        return self._newly("S1", "clearance", measured, required_m, "nearer to an obstacle than promised")
+        why = "nearer to an obstacle than promised" if required_m > 0.0 else "touched an obstacle"
+        return self._newly("S1", "clearance", measured, required_m, why)
 
     def _judge_contact(
         self, starts_m: Floats, ends_m: Floats, from_s: float, t_s: float
@@ -251,7 +252,8 @@ class Monitor:
             ("separation", int(one[pair]) + 1, int(other[pair]) + 1): float(apart_m[pair])
             for pair in np.flatnonzero(_is_broken(apart_m, required_m)).tolist()
         }
-        return self._newly("S2", "separation", measured, required_m, "two robots nearer than promised")
+        why = "two robots nearer than promised" if required_m > 0.0 else "two robots touched"
+        return self._newly("S2", "separation", measured, required_m, why)
 
     def _pairs_apart(self, starts_m: Floats, ends_m: Floats) -> tuple[Rows, Rows, Floats]:
         """Pairs of hulls with their least distance during the moves; omitted pairs are far apart.

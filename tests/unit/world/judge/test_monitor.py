@@ -157,7 +157,14 @@ def test_leaving_the_bounds_is_a_violation_of_clearance() -> None:
 @pytest.mark.parametrize(("gap_m", "violations"), [(0.001, 0), (0.0, 1), (-0.001, 1)])
 def test_a_law_that_promises_nothing_is_judged_by_contact(gap_m: float, violations: int) -> None:
     points = monitor(radius_m=0.0, clearance_m=0.0, separation_m=0.0)
-    assert len(play(points, [(1.0, -1.0)], [(2.0 - gap_m, -1.0)])) == violations
+    broken = play(points, [(1.0, -1.0)], [(2.0 - gap_m, -1.0)])
+    assert [each.why for each in broken] == ["touched an obstacle"] * violations
+
+
+def test_two_robots_of_a_law_that_promises_nothing_touch() -> None:
+    points = monitor(radius_m=0.0, clearance_m=0.0, separation_m=0.0)
+    (broken,) = play(points, [(-2.0, 0.0), (-1.0, 0.0)], [(-1.0, 0.0), (-2.0, 0.0)])
+    assert (broken.invariant, broken.why) == ("S2", "two robots touched")
 
 
 def test_robots_of_radius_zero_are_separated_by_their_centres() -> None:
