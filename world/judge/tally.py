@@ -31,6 +31,7 @@ from protocol.timeline import (
     StrandJoined,
     TrafficCounted,
     ViewJoined,
+    WorldResumed,
 )
 from world.judge.attempt import Attempt
 from world.judge.books import TAKES_AWAY, Book
@@ -75,6 +76,8 @@ class Tally:
     """What the fleet was trying last."""
     struck: set[str] = field(default_factory=set)
     """The rules of fault plans that struck at least once."""
+    world_down: FaultInjected | None = None
+    """The fault that ended or froze the world's process; None: that runs, or does again."""
     _voices: Voices = field(default_factory=Voices)
     _bound: dict[int, float] = field(default_factory=dict)
     """When robots that had arrived were bound in another view, or were in another strand."""
@@ -113,6 +116,8 @@ class Tally:
 
     def _hear_fault(self, source: str, injected: FaultInjected) -> None:
         self.struck.add(injected.rule)
+        if (source, injected.process) == (WORLD, WORLD) and injected.fault not in {"slow", "unslow"}:
+            self.world_down = injected if injected.fault in {"kill", "freeze"} else None
         counts_no_more = robot_number(source) in self.counted  # odometry arrives until the process ends
         if injected.key and injected.number and injected.fault in TAKES_AWAY and not counts_no_more:
             self._remove((injected.key, source), injected.number, injected.fault)
@@ -148,6 +153,8 @@ class Tally:
                 self._disturb(entry.t_s)
             case RobotReturned():
                 self._disturb(entry.t_s)
+            case WorldResumed():
+                self.world_down = None
             case FenceChanged(may=May.ONE, named=robot):
                 self._left_s[robot].append(entry.t_s)
             case ScanServed(revolutions=revolutions):

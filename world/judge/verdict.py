@@ -8,8 +8,8 @@ from msgspec.structs import replace as with_fields
 
 from protocol.errors import sentence_of
 from protocol.exit_codes import ExitCode
-from protocol.timeline import PromiseBroken
-from protocol.timeline.invariants import named
+from protocol.timeline import FaultInjected, PromiseBroken
+from protocol.timeline.invariants import compared, named
 from world.judge.books import Messages
 from world.judge.ending import Ending
 from world.judge.judgement import Judgement
@@ -234,7 +234,9 @@ def _flaws(facts: Facts, recovery: Recovery) -> Iterator[Flaw]:
 
 def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:
     """The flaws in the end of the run itself; a lost route is among the dated ones."""
-    tried = facts.tally.attempt.sentence
+    tried, down = facts.tally.attempt.sentence, facts.tally.world_down
+    if down is not None and facts.ending not in (Ending.ARRIVED, *ENDED_BY_SIGNAL):
+        yield Flaw(_down_sentence(down))
     match facts.ending:
         case Ending.INTERRUPTED | Ending.TERMINATED | Ending.HUNG_UP:
             yield ENDED_BY_SIGNAL[facts.ending]
@@ -258,9 +260,15 @@ def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:
 def _breach_sentence(t_s: float, broken: PromiseBroken) -> str:
     against = "" if broken.other is None else f" and robot {broken.other}"
     what = f"{named(broken.invariant)} broken by robot {broken.robot}{against} at t={t_s:.1f} s"
-    if broken.measured_m is None:
-        return f"{what}: {broken.why}"
-    return f"{what}: {broken.why} ({broken.measured_m:.4f} m, required {broken.required_m:.4f} m)"
+    lengths = compared(broken.measured_m, broken.required_m, ", required ")
+    return f"{what}: {broken.why}{f' ({lengths})' if lengths else ''}"
+
+
+def _down_sentence(down: FaultInjected) -> str:
+    """What became of a world that a rehearsal went on without: a live one is always started again."""
+    if down.fault == "kill":
+        return f"the world was killed by {down.rule} and never started again"
+    return f"the world was frozen by {down.rule} and never thawed"
 
 
 def _stranded_sentence(facts: Facts) -> str:

@@ -6,6 +6,7 @@ from msgspec.structs import replace as with_fields
 
 from protocol.fence import May
 from protocol.frames import Point
+from protocol.keys import WORLD
 from protocol.root import ROOT
 from protocol.timeline import (
     Entry,
@@ -22,6 +23,7 @@ from protocol.timeline import (
     StepFinished,
     StrandJoined,
     ViewJoined,
+    WorldResumed,
 )
 from tests.support.scenes.world_scenarios import scenario
 from tests.support.strands import ordered, strand
@@ -107,13 +109,23 @@ def test_a_run_that_kept_every_promise_is_ok() -> None:
 
 BREACHED = with_fields(JUDGED, breaches=(Breach(t_s=4.0, broken=BROKEN),))
 DIED = ("world", 5.0, RobotDied(robot=2, silent_since_s=4.2))
+TOUCH = PromiseBroken(invariant="S1", robot=1, measured_m=0.0, required_m=0.0, why="touched an obstacle")
+TOUCHED = with_fields(JUDGED, breaches=(Breach(t_s=2.2, broken=TOUCH),))
 STRANDED = ("r3", 7.0, RobotStranded(epoch=10_003, robot=2, reason="its way is blocked", by=3))
 STRANDED_TOO = ("r2", 7.0, RobotStranded(epoch=10_002, robot=1, reason="no place is free"))
 LOST = ("r1", 6.0, RouteLost(reason="every gap is too narrow"))
+WORLD_KILLED = (WORLD, 0.0, FaultInjected(fault="kill", rule="kill-1", process=WORLD))
+WORLD_STARTED = (WORLD, 1.0, FaultInjected(fault="start", rule="kill-1", process=WORLD))
+WORLD_IS_BACK = (WORLD, 1.0, WorldResumed(life=1, entries=10, torn_bytes=0))
+WORLD_FROZEN = (WORLD, 3.0, FaultInjected(fault="freeze", rule="freeze-1", process=WORLD))
 PROMISES = {
     "clearance": (
         verdict(ALL_WELL, judgement=BREACHED),
         "S1 (clearance) broken by robot 2 at t=4.0 s: too near (0.0500 m, required 0.0800 m)",
+    ),
+    "no contact": (
+        verdict(ALL_WELL, judgement=TOUCHED),
+        "S1 (clearance) broken by robot 1 at t=2.2 s: touched an obstacle",
     ),
     "nobody dies": (
         verdict([*ALL_WELL, DIED], ending=Ending.STUCK),
@@ -150,6 +162,22 @@ PROMISES = {
         "the leader had reached the goal, and others were on the way to their places",
     ),
     "all come": (verdict([], ending=Ending.MISSING), "robots never came: r2"),
+    "the world does not stay killed": (
+        verdict([WORLD_KILLED], ending=Ending.MISSING),
+        "the world was killed by kill-1 and never started again",
+    ),
+    "the world does not stay frozen": (
+        verdict([WORLD_FROZEN], ending=Ending.TIMED_OUT),
+        "the world was frozen by freeze-1 and never thawed",
+    ),
+    "a world that is started again": (
+        verdict([WORLD_KILLED, WORLD_STARTED], ending=Ending.MISSING),
+        "robots never came: r2",
+    ),
+    "a world that has resumed the run": (
+        verdict([WORLD_KILLED, WORLD_IS_BACK], ending=Ending.MISSING),
+        "robots never came: r2",
+    ),
     "the goal": (verdict(ALL_WELL[1:]), "the goal was not reached"),
     "all arrive": (verdict(ALL_WELL[:2]), "1 of 2 living robots arrived"),
     "a whole timeline": (verdict(ALL_WELL, missing=3), "3 entries of the timeline never came"),
@@ -171,6 +199,11 @@ def test_the_first_broken_promise_is_the_reason() -> None:
     late = with_fields(JUDGED, breaches=(Breach(t_s=4.3, broken=BROKEN),))
     assert verdict([*ALL_WELL, DIED], judgement=late).reason.startswith("robot 2 died")
     assert verdict([*ALL_WELL, DIED], judgement=BREACHED).reason.startswith("S1 (clearance) broken")
+
+
+def test_a_world_that_was_killed_just_before_the_last_robot_arrived_fails_no_run() -> None:
+    assert verdict([*ALL_WELL, WORLD_KILLED]).ok
+    assert verdict([*ALL_WELL, WORLD_KILLED], ending=Ending.INTERRUPTED).exit_code == 130
 
 
 def test_an_interrupted_run_has_the_exit_code_for_it() -> None:
