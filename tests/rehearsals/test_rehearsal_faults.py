@@ -118,8 +118,8 @@ def test_the_verdict_names_the_rules_that_never_took_effect(tmp_path: Path) -> N
 
 @pytest.mark.parametrize("name", [*sorted({*SHIPPED} - {*OTHERS_TOO}), *long(OTHERS_TOO)])
 def test_no_shipped_plan_breaks_an_invariant(name: str) -> None:
-    rehearsal = Rehearsal(load_scenario("grove", robots=4), 1, load(name)).run()
-    again = f"replay with  ./launch/clew rehearse grove -n 4 --seed 1 --faults {name}"
+    rehearsal = Rehearsal(load_scenario("grove"), 1, load(name)).run()
+    again = f"replay with  ./launch/clew rehearse grove --seed 1 --faults {name}"
     assert broken(rehearsal) == [], again
     assert injected(rehearsal), again
     assert message_counts(rehearsal).unaccounted == 0, again
