@@ -31,8 +31,8 @@ def is_of_file(law: str) -> bool:
 
 
 def look_in(folder: Path) -> None:
-    """Look for files in this folder, too (rule 2)."""
-    _folders.setdefault(folder.absolute())
+    """Look for files in this folder, too (rule 2); not where a link such as `runs/latest` leads later."""
+    _folders.setdefault(folder.resolve())
 
 
 def named(said: str, folder: Path) -> str:

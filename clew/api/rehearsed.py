@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from clew.api.fleet import Asked, Fleet, ended
 from clew.api.run import Run
-from clew.fleet.folder import RUNS, folder_name, make_folder, make_latest
+from clew.fleet.folder import RUNS, folder_name, new_folder
 from clew.rehearsal.processes import check_rehearsable
 from clew.rehearsal.recorded import Recorded
 from protocol.errors import UsageError
@@ -170,11 +170,9 @@ class RehearsedFleet(Fleet):
     def _start(self, plan: Plan) -> None:
         asked, folder = self.asked, self.asked.folder
         check_rehearsable(plan, asked.scenario.mission(), "faults")
-        make_folder(folder)
-        if folder.parent == RUNS:
-            make_latest(folder)
         self._faults = RunFaults(plan, asked.seed, robots=asked.scenario.fleet.robots)
-        self._recorded = Recorded(asked.scenario, asked.seed, folder, plan, lambda _: None)
+        with new_folder(folder, is_latest=folder.parent == RUNS):
+            self._recorded = Recorded(asked.scenario, asked.seed, folder, plan, lambda _: None)
         self._ticks = self._recorded.ticks()
 
     def _advance(self) -> None:

@@ -2,7 +2,7 @@
 
 import contextlib
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from datetime import datetime
 from pathlib import Path
 
@@ -11,6 +11,7 @@ from protocol.faults.plan_text import FAULTS_FILE
 from protocol.files.writing import make_folder as make_private
 from protocol.files.writing import open_private
 from protocol.run_settings import SCENARIO_FILE, SETTINGS_FILE
+from world.record.recorder import EVENTS_FILE
 
 RUNS = Path("runs")
 LATEST = RUNS / "latest"
@@ -59,6 +60,24 @@ def make_latest(folder: Path) -> None:
     link = LATEST.with_name(f"{folder.name}.link")
     link.symlink_to(folder.name)
     link.replace(LATEST)
+
+
+@contextlib.contextmanager
+def new_folder(folder: Path, *, is_latest: bool) -> Iterator[None]:
+    """Make the run's folder, and link it; a run that is refused before its timeline leaves neither.
+
+    Raises:
+        UsageError: as `make_folder`.
+    """
+    made = make_folder(folder)
+    if is_latest:
+        make_latest(folder)
+    try:
+        yield
+    except UsageError:
+        if not any(folder.rglob(EVENTS_FILE)):
+            drop_folder(folder, made, LATEST if is_latest else None)
+        raise
 
 
 def drop_folder(folder: Path, made: Sequence[Path], latest: Path | None) -> None:

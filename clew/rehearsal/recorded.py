@@ -14,6 +14,7 @@ from typing import Self
 
 from clew.rehearsal.endless_law import asked_to_end_in_laws
 from clew.rehearsal.rehearsal import Asked, Rehearsal, nobody_asks
+from protocol.errors import UsageError
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.keys import WORLD
 from protocol.network.session import INPUTS
@@ -21,7 +22,7 @@ from protocol.run_settings import Settings
 from world.closing import Circumstances, verdict_of
 from world.judge.verdict import Verdict
 from world.record.progress import progress
-from world.record.recorder import Header, Recorder, open_events
+from world.record.recorder import EVENTS_FILE, Header, Recorder, open_events
 from world.record.run_files import header_of, prepare_folder, save_verdict
 from world.scenario.scenario import Scenario
 
@@ -57,14 +58,16 @@ class Recorded:
         self._started_at = datetime.now(UTC).isoformat(timespec="seconds")
         self._started_wall_s, self._started_cpu_s = time.monotonic(), time.process_time()
         self._seed, self._folder, self._say = seed, folder, say
-        self.rehearsal = Rehearsal(scenario, seed, plan, inputs=folder / INPUTS)
         self._file = open_events(folder)
         self._lives: Counter[str] = Counter()
         try:
             prepare_folder(folder, scenario, plan, Settings(seed=seed))
             self._recorder = Recorder(self._file, _header(scenario, plan, seed), syncs=False)
-        except BaseException:
-            self.close()
+            self.rehearsal = Rehearsal(scenario, seed, plan, inputs=folder / INPUTS)
+        except BaseException as error:
+            self._file.close()
+            if isinstance(error, UsageError):  # nothing has happened yet
+                (folder / EVENTS_FILE).unlink()
             raise
 
     def __enter__(self) -> Self:

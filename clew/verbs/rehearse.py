@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from clew.fleet.folder import RUNS, folder_name, make_folder, make_latest
+from clew.fleet.folder import RUNS, folder_name, new_folder
 from clew.verbs.options import (
     AS_JSON,
     DEPLOYMENT,
@@ -82,17 +82,15 @@ def rehearse(
     for mission in missions:
         check_rehearsable(plan, mission, faults)
     folder = out or RUNS / folder_name(datetime.now(UTC), name, secrets.token_hex(2))
-    make_folder(folder)
-    if out is None:
-        make_latest(folder)
     say = _say_nothing if quiet else _say
     said: Iterable[str]
-    if shared is None:
-        verdict = rehearse_into(loaded, seed, folder, say, plan)
-        code, said = verdict.exit_code, report(str(folder), timeline.read(folder), verdict)
-    else:
-        together = rehearse_fleets(shared, seed, folder, say, plan)
-        code, said = together.exit_code, report_together(str(folder), together)
+    with new_folder(folder, is_latest=out is None):
+        if shared is None:
+            verdict = rehearse_into(loaded, seed, folder, say, plan)
+            code, said = verdict.exit_code, report(str(folder), timeline.read(folder), verdict)
+        else:
+            together = rehearse_fleets(shared, seed, folder, say, plan)
+            code, said = together.exit_code, report_together(str(folder), together)
     if as_json:
         click.echo((folder / VERDICT_FILE).read_text(encoding="utf-8"), nl=False)
     else:

@@ -1,9 +1,16 @@
 """`clew rehearse`: what it says while it plays."""
 
+import errno
 import json
 import re
 from pathlib import Path
 
+import pytest
+
+import clew as api
+from clew.fleet.folder import LATEST
+from protocol import law_files, laws
+from protocol.errors import UsageError
 from tests.support.campaigns import clew, scene
 
 
@@ -26,3 +33,44 @@ def test_what_a_law_prints_is_no_part_of_the_result(tmp_path: Path) -> None:
     said = clew(*asked)
     assert json.loads(said.stdout)["no_route"]
     assert "here\n" in said.stderr
+
+
+LAW = "def mine(seen):\n    return seen.step_to(seen.goal)\n"
+
+
+@pytest.fixture
+def law(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A law of a file in the current folder; this process has been told of no other."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(law_files, "_folders", {})
+    monkeypatch.setattr(laws, "_loaded", {})
+    (tmp_path / "mylaw.py").write_text(LAW)
+    return "mylaw.py:mine"
+
+
+def test_the_newest_run_is_rehearsed_again_by_the_link_to_it_also_under_a_law_of_a_file(law: str) -> None:
+    assert clew("rehearse", scene(Path("scene.json")), "-n", "1", "--law", law, "--quiet").exit_code == 0
+    Path("mylaw.py").unlink()
+    law_files._folders.clear()
+    said = clew("rehearse", LATEST / "scenario.toml", "--quiet")
+    assert (said.exit_code, said.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("asked", [[], ["--out", "new/run"]])
+def test_a_rehearsal_that_cannot_begin_leaves_nothing_and_the_link_to_the_newest_run(
+    law: str, asked: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    played = scene(Path("scene.json"))
+    assert clew("rehearse", played, "-n", "1", "--quiet").exit_code == 0
+    before, newest = sorted(Path().rglob("*")), LATEST.resolve()
+    monkeypatch.setattr("world.record.run_files.write_whole", _full)
+    said = clew("rehearse", played, "-n", "1", "--law", law, *asked)
+    assert (said.exit_code, said.stderr.count("\n")) == (2, 1)
+    with pytest.raises(UsageError, match="No space left"):
+        api.rehearse(played, robots=1)
+    assert sorted(Path().rglob("*")) == before
+    assert LATEST.resolve() == newest
+
+
+def _full(path: Path, _: bytes) -> None:
+    raise OSError(errno.ENOSPC, "No space left on device", str(path))
