@@ -4,7 +4,7 @@ Data goes to stdout, everything else to stderr. docs/run.md lists the exit codes
 """
 
 from protocol.process.loading import loading
-from protocol.process.streams import open_streams
+from protocol.process.streams import open_streams, outlive_readers
 
 open_streams()
 with loading():
@@ -78,6 +78,7 @@ class _Verbs(LateGroup):
     def make_context(
         self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: object
     ) -> click.Context:
+        outlive_readers()
         with _one_line():
             return super().make_context(info_name, args, parent, **extra)
 

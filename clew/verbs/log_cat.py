@@ -1,6 +1,5 @@
 """`clew log cat`: prints the entries of a timeline, one a line; of a running fleet, as they come."""
 
-import os
 import sys
 from collections.abc import Callable
 from contextlib import aclosing
@@ -14,7 +13,9 @@ import msgspec
 from clew.verbs.options import AS_JSON, COLOR, FINITE, ROBOT, RUN
 from clew.verbs.say import warn
 from protocol.errors import UsageError
+from protocol.exit_codes import ExitCode
 from protocol.plain import plain
+from protocol.process.streams import reader_has_gone
 from protocol.timeline import Entry
 from protocol.timeline.sentences import sentence
 
@@ -81,23 +82,19 @@ def cat(
             said = fields_of(entry.record) if fields else plain(sentence(source, entry.record))
             printer.say(one_line(source, entry, said, coloured=coloured))
 
-    try:
-        if following:
-            import asyncio
+    if following:
+        import asyncio
 
-            asyncio.run(_follow(run, say))
-            flaws: tuple[str, ...] = ()  # warned of as they came
-        else:
-            flaws = _read(run, say)
-        printer.flush()
-        for flaw in flaws:
-            _warn(flaw)
-        if not printer.has_said:
-            _refuse_unknown(run, chosen)
-            warn("no entry matches")
-    except BrokenPipeError:
-        # The reader has closed the pipe, as `head` does. Python would report it again at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        asyncio.run(_follow(run, say))
+        flaws: tuple[str, ...] = ()  # warned of as they came
+    else:
+        flaws = _read(run, say)
+    printer.flush()
+    for flaw in flaws:
+        _warn(flaw)
+    if not printer.has_said:
+        _refuse_unknown(run, chosen)
+        warn("no entry matches")
 
 
 class _Printer:
@@ -118,6 +115,8 @@ class _Printer:
         if self._lines:
             click.echo("\n".join(self._lines), color=self._coloured)
             self._lines.clear()
+            if reader_has_gone():  # a log is long, and with --follow it has no end
+                raise click.exceptions.Exit(ExitCode.OK)
 
 
 def _refuse_unknown(run: Path, choice: "Choice") -> None:

@@ -25,7 +25,7 @@ from tests.support.logs.living import reachable_world
 from tests.support.logs.logs import AT_REST, GOOD, numbered, recorded
 from tests.support.processes.terminals import Terminal
 from world.judge.verdict import VERDICT_FILE
-from world.record.recorder import EVENTS_FILE
+from world.record.recorder import EVENTS_FILE, line
 from world.record.run_files import save_verdict
 
 ESCAPE = "\x1b["
@@ -215,6 +215,16 @@ def test_follow_waits_for_the_run_prints_new_entries_and_ends_with_it(
     assert out.count("\n") == len(rest) - 1
     assert err == ""
     assert follower.returncode == 0
+
+
+def test_follow_ends_when_its_reader_has_gone(tmp_path: Path, follower: "subprocess.Popen[str]") -> None:
+    with reachable_world(recorded(tmp_path / "run", numbered((FAULT,)))):
+        assert "fault.injected" in next_line(follower)
+        assert follower.stdout is not None
+        follower.stdout.close()
+        with (tmp_path / "run" / EVENTS_FILE).open("ab") as file:
+            file.write(b"".join(line(source, entry) for source, entry in numbered((FAULT, FAULT))[1:]))
+        assert follower.wait(DEADLINE_S) == 0
 
 
 def test_follow_ends_at_ctrl_c_with_130(tmp_path: Path, follower: "subprocess.Popen[str]") -> None:

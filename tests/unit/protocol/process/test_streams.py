@@ -1,5 +1,6 @@
-"""A verb whose standard streams its caller has closed runs as if they were /dev/null."""
+"""A verb whose standard streams its caller has closed, or nobody reads, runs as if they were /dev/null."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -36,3 +37,35 @@ def test_no_other_file_gets_the_number_of_a_closed_stream_and_children_inherit_w
     child = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {WHERE!r}])"
     said = closing("<&- >&-", "-c", opened + child)
     assert said.stderr.startswith("['/dev/null', '/dev/null', 'pipe:"), said.stderr
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize(
+    ("words", "stderr", "code"),
+    [
+        ("--help", "read", 0),
+        ("log cat RUN", "read", 0),
+        ("log messages RUN", "unread", 0),
+        ("ls RUN", "read", 0),
+        ("log diff RUN OTHER", "read", 1),
+        ("log cat nowhere", "unread", 2),
+    ],
+)
+def test_a_verb_whose_reader_has_gone_exits_as_if_it_were_read(
+    tmp_path: Path, words: str, stderr: str, code: int
+) -> None:
+    run, other = recorded(tmp_path / "run", numbered(AT_REST)), recorded(tmp_path / "other", [])
+    said = words.replace("RUN", str(run)).replace("OTHER", str(other)).split()
+    reader, writer = os.pipe()
+    os.close(reader)
+    ended = subprocess.run(
+        [sys.executable, "-m", "clew.cli", *said],
+        stdout=writer,
+        stderr=writer if stderr == "unread" else subprocess.PIPE,
+        cwd=ROOT,
+        timeout=DEADLINE_S,
+        check=False,
+    )
+    os.close(writer)
+    assert ended.returncode == code
+    assert b"Broken pipe" not in (ended.stderr or b"")
