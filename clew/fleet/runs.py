@@ -57,6 +57,18 @@ def is_run(folder: Path) -> bool:
     return folder.is_dir() and any((folder / name).is_file() for name in (SETTINGS_FILE, EVENTS))
 
 
+def check_is_run(folder: Path) -> None:
+    """Refuse what is no run.
+
+    Raises:
+        UsageError: it is none.
+    """
+    if not folder.exists():
+        raise UsageError(f"{folder}: there is no such run")
+    if not is_run(folder):
+        raise UsageError(f"{folder}: is not the folder of a run")
+
+
 def runs_in(folder: Path, now_s: float) -> list[Listed]:
     """All runs in a folder, the newest first; `now_s` is the time of the files' clock."""
     try:
@@ -95,8 +107,7 @@ def deletable(folders: Sequence[Path], now_s: float) -> Iterator[Listed]:
         UsageError: one is no run, or goes on (rules 1 and 2).
     """
     for folder in dict.fromkeys(path.resolve() if path.is_symlink() else path for path in folders):
-        if not is_run(folder):
-            raise UsageError(f"{folder}: is not the folder of a run")
+        check_is_run(folder)
         run = listed(folder, now_s)
         if run.goes_on:
             raise UsageError(f"{folder}: the run goes on, or was written to in the last {QUIET_S:g} s")

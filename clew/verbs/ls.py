@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from clew.fleet.folder import RUNS
-from clew.fleet.runs import Listed, deletable, delete, listed, runs_in
+from clew.fleet.runs import Listed, check_is_run, deletable, delete, listed, runs_in
 from clew.verbs.options import AS_JSON
 from clew.verbs.say import console, say_json, warn
 from protocol.errors import UsageError
@@ -32,19 +32,15 @@ def ls(runs: tuple[Path, ...], *, is_deleting: bool, yes: bool, as_json: bool) -
         return
     if yes:
         raise UsageError("--yes: is for --delete")
-    found = [listed(run, now_s) for run in map(_existing, runs)] if runs else runs_in(RUNS, now_s)
+    for run in runs:
+        check_is_run(run)
+    found = [listed(run, now_s) for run in runs] if runs else runs_in(RUNS, now_s)
     if as_json:
         say_json(found)
     elif found:
         _print(found)
     else:
         warn(f"no run in {RUNS}/")
-
-
-def _existing(run: Path) -> Path:
-    if not run.is_dir():
-        raise UsageError(f"{run}: there is no such run")
-    return run
 
 
 def _delete(runs: tuple[Path, ...], now_s: float, *, yes: bool) -> None:

@@ -103,8 +103,18 @@ def test_a_run_without_a_verdict_goes_on_as_long_as_it_is_written_to(
     assert not dead.exists()
 
 
-@pytest.mark.parametrize("other", ["runs", "runs/notes", "nowhere"])
-def test_what_is_no_run_is_not_deleted(other: str) -> None:
+@pytest.mark.parametrize(
+    ("other", "why"),
+    [
+        ("runs", "is not the folder of a run"),
+        ("runs/notes", "is not the"),
+        ("nowhere", "there is no such run"),
+    ],
+)
+@pytest.mark.parametrize("asked", [[], ["--json"], ["--delete", "--yes"]])
+def test_what_is_no_run_is_neither_listed_nor_deleted(other: str, why: str, asked: list[str]) -> None:
     (Path("runs") / "notes").mkdir()
-    assert clew("ls", other, "--delete", "--yes").exit_code == 2
-    assert Path("runs/notes").is_dir()
+    said = clew("ls", run("one"), other, *asked)
+    assert (said.exit_code, said.stdout) == (2, "")
+    assert said.stderr.startswith(f"Error: {other}: {why}")
+    assert sorted(Path("runs").iterdir()) == [Path("runs/notes"), Path("runs/one")]
