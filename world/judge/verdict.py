@@ -8,7 +8,7 @@ from msgspec.structs import replace as with_fields
 
 from protocol.errors import sentence_of
 from protocol.exit_codes import ExitCode
-from protocol.timeline import FaultInjected, PromiseBroken
+from protocol.timeline import FaultInjected, PromiseBroken, RouteLost
 from protocol.timeline.invariants import compared, named
 from world.judge.books import Messages
 from world.judge.ending import Ending
@@ -214,9 +214,8 @@ def _flaws(facts: Facts, recovery: Recovery) -> Iterator[Flaw]:
     tally, arrived, living = facts.tally, len(facts.arrived), len(facts.living)
     dated = [(breach.t_s, _breach_sentence(breach.t_s, breach.broken)) for breach in facts.judgement.breaches]
     dated += [(death.cause_s, _death_sentence(death)) for death in recovery.unrequested]
-    if tally.route_lost is not None:
-        t_s, lost = tally.route_lost
-        dated.append((t_s, f"{NO_ROUTE}the leader lost its route at t={t_s:.1f} s: {lost.reason}"))
+    if tally.route_lost is not None and facts.ending not in ENDED_BY_SIGNAL:
+        dated.append((tally.route_lost[0], f"{NO_ROUTE}{_route_sentence(*tally.route_lost)}"))
     yield from (Flaw(sentence) for _, sentence in sorted(dated))
     yield from _flaws_of_ending(facts)
     if not facts.goal_reached:
@@ -239,7 +238,11 @@ def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:
         yield Flaw(_down_sentence(down))
     match facts.ending:
         case Ending.INTERRUPTED | Ending.TERMINATED | Ending.HUNG_UP:
-            yield ENDED_BY_SIGNAL[facts.ending]
+            flaw, lost = ENDED_BY_SIGNAL[facts.ending], facts.tally.route_lost
+            # The request comes first: it may be what stopped a law that never returns.
+            yield (
+                flaw if lost is None else replace(flaw, sentence=f"{flaw.sentence}; {_route_sentence(*lost)}")
+            )
         case Ending.CUT_OFF:
             yield Flaw(f"the router was lost by t={facts.sim_s:.1f} s")
         case Ending.MISSING:
@@ -280,6 +283,10 @@ def _stranded_sentence(facts: Facts) -> str:
         for robot, each in sorted(tally.stranded.items())
         if robot in facts.living - tally.arrived
     )
+
+
+def _route_sentence(t_s: float, lost: RouteLost) -> str:
+    return f"the leader lost its route at t={t_s:.1f} s: {lost.reason}"
 
 
 def _death_sentence(death: Death) -> str:

@@ -177,7 +177,8 @@ def test_sigint_also_ends_a_run_whose_law_never_returns_and_says_whose_law_it_wa
     folder.mkdir()
     said: list[str] = []
     verdict = rehearse(load("grove", robots=2, law=f"{law}:mine"), 1, folder, said.append)
-    assert (verdict.exit_code, timeline.read(folder).ended) == (ExitCode.FAILED, "interrupted")
+    assert (verdict.exit_code, timeline.read(folder).ended) == (ExitCode.INTERRUPTED, "interrupted")
+    assert verdict.reason.startswith("the run was interrupted; the leader lost its route at t=")
     (lost,) = [line for line in said if "lost its route" in line]
     assert "r1 has lost its route: the law mylaw.py:mine@" in lost
     assert "it had not returned 0.05 s after the request to end" in lost
