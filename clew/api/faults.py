@@ -6,11 +6,14 @@ kill("leader", at="after_plan", step=2)        # as soon as it has recorded its 
 """
 
 from collections.abc import Iterable, Mapping
+from inspect import signature
 from typing import Any, TypedDict, Unpack
 
 from protocol.errors import UsageError
 from protocol.faults.rules import Rule
+from protocol.files.names import did_you_mean
 from protocol.files.reading import understand
+from protocol.files.refusals import short
 from protocol.keys import not_of_fleet, robot_name, robot_number
 
 Who = int | str | Iterable[int | str]
@@ -149,6 +152,7 @@ def robot_of(who: int | str, robots: int) -> int:
 
 
 def _of_messages(fault: str, kinds: tuple[object, ...], which: Which, **fields: Any) -> Rule:  # noqa: ANN401 - fields of a rule have any type
+    _check_known(fault, which, Which)
     for each in kinds:
         if isinstance(each, int | float) and "p" not in which:
             raise UsageError(f"clew.{fault}: kinds of message come first, got {each}; did you mean p={each}?")
@@ -160,8 +164,25 @@ def _of_messages(fault: str, kinds: tuple[object, ...], which: Which, **fields: 
 
 
 def _of_process(fault: str, target: int | str, when: When, **fields: Any) -> Rule:  # noqa: ANN401 - as above
+    _check_known(fault, when, When)
     process = robot_name(target) if isinstance(target, int) else target
     return _rule(fault, {**when, "target": process, **fields})
+
+
+def _check_known(fault: str, said: Mapping[str, object], common: type) -> None:
+    """Refuse an argument that this function does not have, by our words and not by those of fault plans.
+
+    Raises:
+        UsageError: there is one.
+    """
+    parameters = signature(globals()[fault]).parameters.values()
+    own = [each.name for each in parameters if each.kind is each.KEYWORD_ONLY]
+    known = [*own, *common.__annotations__]
+    for word in said.keys() - set(known):
+        ours = [name for name, of_plans in _FIELDS.items() if of_plans.startswith(word) and name in known]
+        near = f"; did you mean {ours[0]!r}?" if ours else did_you_mean(word, known)
+        got = f"{word}={short(said[word])}"
+        raise UsageError(f"clew.{fault}: must have no argument but {', '.join(known)}, got {got}{near}")
 
 
 def _rule(fault: str, fields: Mapping[str, Any]) -> Rule:

@@ -1,5 +1,9 @@
 """Faults as functions make the rules of fault plans."""
 
+import re
+from collections.abc import Callable
+from functools import partial
+
 import pytest
 
 from clew.api import faults
@@ -70,3 +74,26 @@ def test_a_probability_in_the_place_of_a_kind_is_told_its_name() -> None:
         faults.drop(0.3)  # type: ignore[arg-type] # as a user may write it
     with pytest.raises(UsageError, match=r"clew\.drop: \$\.kind\[0\]: must be a string, got 0\.3"):
         faults.drop(0.3, p=0.5)  # type: ignore[arg-type] # as a user may write it
+
+
+@pytest.mark.parametrize(
+    ("make", "wrong", "near"),
+    [
+        (faults.drop, "prob", "; did you mean 'p'?"),
+        (faults.drop, "to", "; did you mean 'receiver'?"),
+        (faults.drop, "from_step", "; did you mean 'step'?"),
+        (partial(faults.delay, max_s=1.0), "mins_s", "; did you mean 'min_s'?"),
+        (partial(faults.kill, 1), "until", "; did you mean 'until_s'?"),
+        (partial(faults.kill, 1), "p", ""),
+    ],
+)
+def test_an_argument_that_is_none_is_refused_by_the_words_of_python(
+    make: Callable[..., Rule], wrong: str, near: str
+) -> None:
+    with pytest.raises(UsageError) as refused:
+        make(**{wrong: 0.2})
+    assert re.fullmatch(
+        rf"clew\.\w+: must have no argument but .*\bstep, until_step, name(, p, sender, receiver)?, "
+        rf"got {wrong}=0\.2{re.escape(near)}",
+        str(refused.value),
+    )
