@@ -5,7 +5,7 @@
 # Rule 1: stdout belongs to the caller; whatever is said here goes to stderr.
 # Rule 2: the stamp is written first, as `unfinished`, and is completed last. An unfinished environment is never used.
 # Rule 3: a folder without our stamp is not ours: unless it is empty, it is neither changed nor used.
-# Rule 4: what cannot work ends the script with one line and exit code 2.
+# Rule 4: what cannot work ends the script with one line and exit code 2; a Ctrl-C, with one line and 130.
 # Rule 5: everything installed is named in requirements.lock, and its hash is checked.
 
 clew_say() { printf 'clew: %s\n' "$*" >&2; }
@@ -104,16 +104,44 @@ clew_install() {
     fi
 }
 
-# clew_claim EXTRA: marks the environment as unfinished and sets $made_for, what it is to serve for.
+# clew_alone COMMAND: runs it as a job of its own. A Ctrl-C reaches only us, and we end the job (rule 4).
+clew_alone() {
+    local job
+    set -m
+    "$@" >&2 </dev/null &
+    job=$!
+    set +m
+    trap 'clew_break "$job" 129' HUP
+    trap 'clew_break "$job" 130' INT
+    trap 'clew_break "$job" 143' TERM
+    wait "$job"
+}
+
+clew_break() {
+    trap '' HUP INT TERM
+    kill -- "-$1" 2>/dev/null || true
+    wait "$1" 2>/dev/null || true
+    clew_say "setting up $clew_venv was interrupted; nothing of it will be used"
+    exit "$2"
+}
+
+clew_use() { case $1 in tools) echo "figures, exports and maps" ;; dev) echo tests ;; *) echo runs ;; esac; }
+
+# clew_claim EXTRA: marks the environment as unfinished and sets $made_for, what it is to serve for, and $doing.
 # What works is kept, since a test may be running in it, and is brought up to date; what is half-made is emptied.
 clew_claim() {
     made_for=$1
+    doing="setting up $clew_venv"
     [[ -w $clew_venv ]] || clew_refuse "$clew_venv is not up to date, nor writable: CLEW_VENV names another place"
     if [[ -e $clew_stamp_file ]]; then
         local before
         read -r before <"$clew_stamp_file"
         if [[ $before != unfinished ]] && clew_stamp >/dev/null; then
-            clew_holds "$before" "$made_for" && made_for=$before
+            doing="adding the libraries for $(clew_use "$made_for") to $clew_venv"
+            if clew_holds "$before" "$made_for"; then
+                made_for=$before
+                doing="bringing $clew_venv up to date"
+            fi
         else
             find "$clew_venv/" -mindepth 1 -delete
         fi
@@ -125,15 +153,15 @@ clew_claim() {
 
 # Runs under the lock, in a subshell: the environment is made, or the script that wants it ends.
 clew_make() {
-    local extra=$1 base made_for
+    local extra=$1 base made_for doing
     clew_is_ready "$extra" && return
     base=$(clew_find_python) || exit
     clew_claim "$extra"
     # Only its own Python can extend what was kept; another one may come first since, as after `conda activate`.
     base=$("$python" -IS -c 'import sys; print(sys._base_executable)' 2>/dev/null || echo "$base")
     SECONDS=0
-    clew_say "setting up $clew_venv with $("$base" -V) (once; a minute or two)"
-    clew_install "$made_for" "$base" >&2 || clew_refuse "setting up $clew_venv failed, see above; nothing of it will be used"
+    clew_say "$doing with $("$base" -V) (once; a minute or two)"
+    clew_alone clew_install "$made_for" "$base" || clew_refuse "setting up $clew_venv failed, see above; nothing of it will be used"
     printf '%s\n' "$made_for" "$(clew_stamp)" >"$clew_stamp_file.new"
     mv "$clew_stamp_file.new" "$clew_stamp_file"
     clew_say "$clew_venv is ready, after $SECONDS s"

@@ -4,6 +4,7 @@ import os
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -181,3 +182,41 @@ def test_a_set_up_says_when_it_begins_and_when_it_is_ready(checkout: Path) -> No
     lines = bash(f"{INSTALL}; set_up run", checkout).stderr.splitlines()
     assert re.fullmatch(r"clew: setting up .* with Python \S+ \(once; a minute or two\)", lines[0])
     assert re.fullmatch(r"clew: .*/\.venv is ready, after \d+ s", lines[-1])
+
+
+def test_a_set_up_says_what_it_does_to_an_environment_that_works(checkout: Path) -> None:
+    change = 'echo >>"$clew_root/requirements.lock"'
+    said = bash(f"{INSTALL}; set_up run; set_up tools; {change}; set_up run; set_up dev", checkout).stderr
+    told = [line.split(" with Python")[0] for line in said.splitlines() if "with Python" in line]
+    venv = checkout / ".venv"
+    assert told == [
+        f"clew: setting up {venv}",
+        f"clew: adding the libraries for figures, exports and maps to {venv}",
+        f"clew: bringing {venv} up to date",
+        f"clew: adding the libraries for tests to {venv}",
+    ]
+
+
+@pytest.mark.parametrize(("number", "code"), [("HUP", -1), ("INT", 130), ("TERM", -15)])
+def test_a_signal_ends_a_set_up_and_all_that_it_has_started_in_one_line(
+    checkout: Path, number: str, code: int
+) -> None:
+    """The install is Python: it would print a traceback of its own at Ctrl-C, and so would its children."""
+    child = "import signal, sys; print('begun', file=sys.stderr, flush=True); signal.pause()"
+    parent = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {child!r}])"
+    script = f"clew_install() {{ {LINK} && {shlex.quote(sys.executable)} -c {shlex.quote(parent)}; }}"
+    with subprocess.Popen(
+        ["bash", "-c", f"source {shlex.quote(str(checkout))}/launch/setup.sh; {script}; set_up run; echo on"],
+        env={name: value for name, value in os.environ.items() if name != "CLEW_VENV"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as setting_up:
+        assert setting_up.stderr is not None
+        while setting_up.stderr.readline() != "begun\n":
+            pass
+        os.killpg(setting_up.pid, getattr(signal, f"SIG{number}"))  # as a terminal does
+        out, err = setting_up.communicate(timeout=DEADLINE_S)
+    assert (setting_up.returncode, out) == (code, "")
+    assert err == f"clew: setting up {checkout}/.venv was interrupted; nothing of it will be used\n"
