@@ -17,8 +17,9 @@ from msgspec import Struct
 
 from agents.process.journal import SUFFIX, Decision, Head, Input, Recording, decision, failure
 from agents.robot import Robot
-from clew.log.log import fleets_in, has_several
+from clew.log.log import Log, fleets_in, has_several
 from clew.log.replay_missing import Missing, missing, told
+from clew.log.timeline import Choice, unknown_in
 from protocol.errors import UsageError, no_run_in
 from protocol.faults.manual_faults import is_running
 from protocol.keys import robot_name
@@ -101,6 +102,10 @@ def nothing_to_replay(run: Path, robot: int | None) -> UsageError:
         return no_run_in(run)
     if fleets := fleets_in(run):
         return has_several(run, fleets)
+    if robot is not None and (run / EVENTS_FILE).is_file():
+        unknown = unknown_in(Choice(robot=robot), Log(run).header, ())
+        if unknown is not None:
+            return UsageError(unknown)
     whose = "no inputs" if robot is None else f"no inputs of robot {robot}"
     return UsageError(f"{run}: {whose} to replay in {run / INPUTS}")
 

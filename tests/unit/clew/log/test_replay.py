@@ -170,6 +170,8 @@ def test_one_robot_can_be_replayed_alone(run: Path) -> None:
 def test_nothing_to_replay_exits_2(run: Path, tmp_path: Path, arguments: tuple[str, ...]) -> None:
     said = clew("replay", run if arguments else tmp_path, *arguments)
     assert (said.exit_code, said.stdout) == (2, "")
+    if arguments:
+        assert said.stderr == "Error: robot: must be a robot of the fleet, r1 to r5, got 9\n"
     with pytest.raises(UsageError, match="no inputs"):
         replay(tmp_path)
     with pytest.raises(UsageError, match=r"no run in .*nowhere: there is no such folder"):
