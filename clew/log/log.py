@@ -78,7 +78,8 @@ class Log:
 
 def has_several(run: Path, fleets: Iterable[str]) -> UsageError:
     """The refusal of the folder of a run with several fleets, where one fleet is needed."""
-    return UsageError(f"{run}: has several fleets, each with a folder: {', '.join(fleets)}")
+    folders = ", ".join(str(run / name) for name in fleets)
+    return UsageError(f"{run}: has several fleets, each with a folder: {folders}")
 
 
 def fleets_in(run: Path) -> list[str]:

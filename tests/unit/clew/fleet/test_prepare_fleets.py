@@ -100,9 +100,10 @@ def test_verbs_that_take_one_fleet_name_the_folders_of_all(tmp_path: Path) -> No
         (tmp_path / "run" / name).mkdir(parents=True)
         (tmp_path / "run" / name / "events.jsonl").touch()
     for verb in (["report"], ["log", "info"], ["log", "cat"], ["view"], ["replay"]):
-        said = clew(*verb, tmp_path / "run")
+        run = tmp_path / "run"
+        said = clew(*verb, run)
         assert said.exit_code == 2
-        assert "has several fleets, each with a folder: east, west" in said.stderr
+        assert f"has several fleets, each with a folder: {run / 'east'}, {run / 'west'}\n" in said.stderr
 
 
 def test_a_folder_of_runs_is_not_taken_for_a_run_with_several_fleets(tmp_path: Path) -> None:
