@@ -48,7 +48,7 @@ def rehearse(
     (True, 3)
 
     Args:
-        scenario: a name in `launch/scenarios/`, a file, or a scenario.
+        scenario: a name in `launch/scenarios/` of one fleet, a file, or a scenario.
         robots: how many, instead of the scenario's.
         seed: decides every random draw.
         law: its name, or `FILE.py:NAME`, instead of the scenario's.
