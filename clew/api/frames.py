@@ -42,9 +42,13 @@ def frame_of(columns: Columns, to: str | None) -> Any:  # noqa: ANN401 - a frame
     if to not in LIBRARIES:
         raise UsageError(f"frame: to must be one of {', '.join((*LIBRARIES, DICTS))}, got {to}")
     if find_spec(to) is None:
-        raise UsageError(f"frame: {to} is not installed; to='{DICTS}' needs nothing")
+        raise UsageError(f"frame: {to} is not installed{_extra_of(to)}; to='{DICTS}' needs no library")
     more = {"strict": False} if to == "polars" else {}  # fields of a table may be lists of any length
     return import_module(to).DataFrame(columns, **more)
+
+
+def _extra_of(library: str) -> str:
+    return " (it is in the extra `frames`)" if library == "pandas" else ""
 
 
 def columns_of(name: str, lines: Sequence[Line], messages: Callable[[], Iterable[Message]]) -> Columns:

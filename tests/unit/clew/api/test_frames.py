@@ -58,8 +58,12 @@ def test_a_table_or_a_library_that_is_not_there_is_refused(run: Run, monkeypatch
     with pytest.raises(UsageError, match="to must be one of pandas, polars, dicts, got numpy"):
         run.frame("poses", to="numpy")
     monkeypatch.setattr("clew.api.frames.find_spec", lambda _: None)
-    with pytest.raises(UsageError, match="frame: polars is not installed; to='dicts' needs nothing"):
+    with pytest.raises(UsageError, match="frame: polars is not installed; to='dicts' needs no library"):
         run.frame("poses", to="polars")
+    with pytest.raises(
+        UsageError, match=r"frame: pandas is not installed \(it is in the extra `frames`\); to="
+    ):
+        run.frame("poses", to="pandas")
 
 
 def test_a_run_without_entries_has_tables_without_rows_and_with_all_columns(run: Run) -> None:
