@@ -118,6 +118,19 @@ def _fleet(request: pytest.FixtureRequest, stage: str, seed: int, folder: Path) 
     fleet.close()
 
 
+class _NeverStruckError(pytest.fail.Exception):
+    """A test has passed without one of its faults (rule 4)."""
+
+
+def _mistake(error: BaseException) -> str:
+    """What a test that fails so does wrong itself; empty: its fleet may be the cause."""
+    from protocol.errors import UsageError  # noqa: PLC0415 - late, by rule 3
+
+    if isinstance(error, _NeverStruckError):
+        return "a fault of the test never struck"
+    return "the test asks for what cannot be done" if isinstance(error, UsageError) else ""
+
+
 def _refusal(test: str, why: object) -> BaseException:
     """A failure that pytest shows in one line."""
     return pytest.fail.Exception(f"{test}: {why}", pytrace=False)
@@ -148,7 +161,7 @@ def _check_struck(item: pytest.Item, fleet: "Fleet") -> None:
     verdict = fleet.run.verdict
     if verdict is not None and verdict.unstruck:
         names = ", ".join(verdict.unstruck)
-        pytest.fail(
+        raise _NeverStruckError(
             f"the test has passed, but {names} never struck; if that may be: "
             "@pytest.mark.clew(must_strike=False)",
             pytrace=False,
@@ -214,4 +227,6 @@ def _test(item: pytest.Item, name: str, fleet: "Fleet", error: BaseException) ->
 
     seed, stage = fleet.asked.seed, item.config.getoption("--clew-stage")
     replay = ["pytest", item.nodeid, f"--clew-seed={seed}", *([f"--clew-stage={stage}"] if stage else [])]
-    return Test(path=Path(item.path), replay=shlex.join(replay), error=error, play=play)
+    return Test(
+        path=Path(item.path), replay=shlex.join(replay), error=error, mistake=_mistake(error), play=play
+    )

@@ -18,6 +18,7 @@ from traceback import walk_tb
 from clew.api.fleet import Fleet
 from clew.api.rehearsed import RehearsedFleet
 from clew.campaign.shrink import fewest
+from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
 from protocol.faults.plan_text import plan_text
@@ -38,6 +39,8 @@ class Test:
     replay: str
     """The command line that runs it again."""
     error: BaseException
+    mistake: str
+    """What the test itself does wrong, by its error; empty: it may be right."""
     play: Callable[[frozenset[int], Path], tuple[Fleet, BaseException | None]]
     """Runs it again without these faults, in this folder; returns its fleet, closed, and how it failed."""
 
@@ -49,11 +52,13 @@ def told(test: Test, fleet: Fleet) -> Iterator[str]:
         return
     fleet.close()
     folder = fleet.asked.folder
-    yield f"what broke first: {_first(fleet)}"
+    yield f"what broke first: {_first(test, fleet)}"
+    if isinstance(test.error, UsageError) and _kept_all(fleet):
+        yield f"run the test again:      {test.replay}"
+        return
     yield f"seed: {fleet.asked.seed}"
     plan, note = _least(test, fleet)
-    if note:
-        yield f"faults: {note}"
+    yield f"faults: {note}"
     if plan.rules:
         yield from (f"    {line}" for line in plan_text(plan).splitlines() if line)
     write_whole(folder / PLAN_FILE, plan_text(plan).encode())
@@ -73,13 +78,19 @@ def told(test: Test, fleet: Fleet) -> Iterator[str]:
     yield f"page:                    {fleet.run.report()}"
 
 
-def _first(fleet: Fleet) -> str:
-    """The first thing that went wrong in the run. That we have ended it did not go wrong."""
+def _kept_all(fleet: Fleet) -> bool:
+    """Whether nothing went wrong in the run. That we have ended it did not go wrong."""
     verdict = fleet.run.verdict
-    if verdict is None:
-        return "the run has no verdict"
-    if not verdict.ok and verdict.exit_code != ExitCode.TERMINATED:
-        return plain(verdict.reason)
+    return verdict is not None and (verdict.ok or verdict.exit_code == ExitCode.TERMINATED)
+
+
+def _first(test: Test, fleet: Fleet) -> str:
+    """The first thing that went wrong in the run, or in the test."""
+    if not _kept_all(fleet):
+        verdict = fleet.run.verdict
+        return "the run has no verdict" if verdict is None else plain(verdict.reason)
+    if test.mistake:
+        return f"nothing in the fleet: {test.mistake}"
     return f"the test's own claim, at t={fleet.now_s:.1f} s; until then the fleet kept all promises"
 
 
@@ -88,7 +99,7 @@ def _least(test: Test, fleet: Fleet) -> tuple[Plan, str]:
     if fleet.given_count == 0:
         return fleet.plan, "none were given"
     if not fleet.plan.rules:
-        return fleet.plan, ""  # all were refused
+        return fleet.plan, "all that were given were refused"
     trials, folders, plans = count(1), fleet.asked.folder.parent, {frozenset[int](): fleet.plan}
 
     def fails(kept: list[int]) -> bool:
@@ -111,7 +122,7 @@ def _least(test: Test, fleet: Fleet) -> tuple[Plan, str]:
     if not kept:
         return plan, f"it fails without any{rehearsed}"
     if not plan.rules:
-        return plan, ""  # what matters was refused
+        return plan, "what matters was refused"
     return plan, f"{len(kept)} of {len(everything)} that were given matter{rehearsed}:"
 
 

@@ -1,4 +1,4 @@
-"""Writes a fault plan as TOML; fields with default values are left out. Pure."""
+"""Writes a fault plan as TOML, one table a rule; fields with default values are left out. Pure."""
 
 from typing import Any
 
@@ -14,7 +14,8 @@ FAULTS_FILE = "faults.toml"
 
 def plan_text(plan: Plan) -> str:
     """The plan as TOML; a plan read from it is equal."""
-    return toml_text(msgspec.to_builtins(plan) | {"rule": [_set_fields(rule) for rule in plan.rules]})
+    head = {key: value for key, value in msgspec.to_builtins(plan).items() if key != "rule"}
+    return "".join([toml_text(head), *(f"\n[[rule]]\n{toml_text(_set_fields(rule))}" for rule in plan.rules)])
 
 
 def _set_fields(rule: Rule) -> dict[str, Any]:

@@ -72,7 +72,7 @@ def test_all_arrive(clew_rehearsal):
     assert "what broke first: the test's own claim" in section
     assert "seed: 5\n" in section
     assert "faults: 1 of 3 that were given matter:" in section
-    assert 'name = "kill-2"' in section
+    assert '    [[rule]]\n    fault = "kill"\n    name = "kill-2"\n' in section
     assert "drop" not in section
     assert "run the test again:      pytest test_mine.py::test_all_arrive --clew-seed=5" in section
     [folder] = (tmp_path / "base").glob("*0/clew_rehearsal")
@@ -108,6 +108,10 @@ def test_once(clew_rehearsal):
     played.append(1)
     assert len(played) > 1
 
+def test_has_no_such_robot(clew_rehearsal):
+    clew_rehearsal.until("step.planned")
+    clew_rehearsal.robot(9).kill()
+
 def test_asks_in_vain(clew_rehearsal):
     clew_rehearsal.link("r1", "r99").drop(0.3)
 """
@@ -130,10 +134,18 @@ def test_a_run_that_broke_its_promises_says_so_first(failures: dict[str, str]) -
     assert "def until" not in said  # the line of the test is shown, and not ours
 
 
-def test_of_a_fault_that_was_refused_the_footer_says_nothing(failures: dict[str, str]) -> None:
-    said = failures["test_refused"]
-    assert "windows and points are for plans" in said
-    assert "faults:" not in said
+@pytest.mark.parametrize(
+    ("test", "why"),
+    [("test_refused", "windows and points are for plans"), ("test_has_no_such_robot", "r1 to r5, got 9")],
+)
+def test_a_mistake_in_a_test_is_not_taken_for_its_claim(
+    failures: dict[str, str], test: str, why: str
+) -> None:
+    said = failures[test]
+    assert why in said
+    assert "what broke first: nothing in the fleet: the test asks for what cannot be done\n" in said
+    assert f"run the test again:      pytest test_mine.py::{test} --clew-seed=1\n" in said
+    assert not re.search("^(seed|faults|rehearse its fleet|page):", said, flags=re.MULTILINE)
 
 
 def test_a_test_that_fails_only_once_keeps_its_whole_plan(failures: dict[str, str]) -> None:
@@ -174,7 +186,7 @@ def test_is_left_early(clew_rehearsal):
         in said
     )
     assert "but kill-1 never struck" in said
-    assert "what broke first: the test's own claim" in said
+    assert said.count("what broke first: nothing in the fleet: a fault of the test never struck") == 2
     assert "told to end" not in said  # the plugin has told it
     assert "faults: 1 of 2 that were given matter:" in said
     assert "FAILED test_mine.py::test_may_be_late" not in said
