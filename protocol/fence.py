@@ -12,7 +12,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from protocol.frames import ROBOTS_MAX, Count, RobotCount, RobotId
+from protocol.frames import ROBOTS_MAX, Count, RobotCount
 
 NUMBERS = 10_000  # of robots per generation: five times `ROBOTS_MAX`; a power of ten keeps epochs readable
 GENERATIONS_MAX = 2**39  # so that an epoch's number is a `Count`
@@ -134,10 +134,3 @@ def in_force(fence: Fence) -> bool:
     """Whether every body of the fleet has taken the fence, and stands or moves by it (rule 3)."""
     del fence  # bodies on computers of their own will each acknowledge it
     return True
-
-
-class Named(Struct, frozen=True, gc=False, kw_only=True):
-    """One life of a robot."""
-
-    robot: RobotId
-    life: Life

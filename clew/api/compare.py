@@ -5,7 +5,6 @@ Rule 1: steps of one number are compared by what the leader decided, as `clew lo
 Rule 2: a step that was planned again is aligned with the other run's plan of the same count.
 """
 
-import math
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -33,14 +32,6 @@ class Pair:
     def same(self) -> bool:
         """Whether both runs have the step, and decided the same."""
         return self.a is not None and self.b is not None and not self.apart
-
-    @property
-    def target_apart_m(self) -> float | None:
-        """How far the targets are from each other; None: one run lacks the step."""
-        if self.a is None or self.b is None:
-            return None
-        one, other = self.a.plan.target, self.b.plan.target
-        return math.hypot(one.x_m - other.x_m, one.y_m - other.y_m)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -130,8 +130,7 @@ class LaunchedFleet(Fleet):
         laws.check(asked.scenario.law.law, in_processes=True)
         self.speed = speed
         self._launched: Launched | None = None
-        self._path = asked.folder.absolute() / EVENTS_FILE
-        self._follower = Follower(self._path)
+        self._follower = Follower(asked.folder.absolute() / EVENTS_FILE)
         self._lines: list[Line] = []
         self._now_s = 0.0
         super().__init__(replace(asked, folder=asked.folder.absolute()))
@@ -144,7 +143,7 @@ class LaunchedFleet(Fleet):
     @property
     def lines(self) -> Sequence[Line]:
         """All entries up to now."""
-        while self.has_begun and (news := look(self._path, self._follower)):
+        while self.has_begun and (news := look(self._follower)):
             self._lines += news.lines
             self._now_s = max((self._now_s, *(entry.t_s for _, entry in news.lines)))
         return self._lines

@@ -50,7 +50,7 @@ class Reading:
                 self._lines = list(log.lines)
                 self.flaws, self._is_whole = log.flaws, True
                 return self._lines
-            while news := look(self.path, self._follower):
+            while news := look(self._follower):
                 self._lines += news.lines
                 self.flaws += news.flaws
         if is_over:

@@ -41,7 +41,7 @@ from clew.fleet.supervision.events import (
     fault_in,
 )
 from clew.fleet.supervision.facts import name_of
-from clew.fleet.supervision.limits import Limits, Plan, limits_of
+from clew.fleet.supervision.limits import Plan, limits_of
 from clew.fleet.supervisor import Supervisor
 from protocol.exit_codes import ExitCode
 from protocol.faults.manual_faults import WHERE_FILE
@@ -81,12 +81,10 @@ def finish(run: Prepared, code: int) -> int:
     return code
 
 
-async def supervise(
-    run: Prepared, lifeline: int, output: Output, hear: Hear, limits: Limits | None = None
-) -> int:
+async def supervise(run: Prepared, lifeline: int, output: Output, hear: Hear) -> int:
     """Start a prepared run and supervise it to its end, as in `run_fleet`."""
     loop = asyncio.get_running_loop()
-    shell = _Shell(run, lifeline, output, limits)
+    shell = _Shell(run, lifeline, output)
     loop.set_exception_handler(shell.fail)
     loop.add_signal_handler(signal.SIGCHLD, shell.processes.look)
     try:
@@ -103,7 +101,7 @@ async def supervise(
 class _Shell:
     """Feeds events to a supervisor and executes its commands."""
 
-    def __init__(self, run: Prepared, lifeline: int, output: Output, limits: Limits | None) -> None:
+    def __init__(self, run: Prepared, lifeline: int, output: Output) -> None:
         self._loop = asyncio.get_running_loop()
         self.code: asyncio.Future[int] = self._loop.create_future()
         """The exit code, after there is nothing left to supervise."""
@@ -111,8 +109,8 @@ class _Shell:
         self._run, self._output = run, output
         plan = Plan(routers=run.own_routers, view=run.view, table=run.shows is Shows.TABLE)
         # A world of several fleets is not started again: their clocks would go on from different times.
-        usual = limits_of(run.robots, fleets=len(run.fleets), is_resumable=not run.fleets)
-        self._supervisor = Supervisor(plan, limits or usual)
+        limits = limits_of(run.robots, fleets=len(run.fleets), is_resumable=not run.fleets)
+        self._supervisor = Supervisor(plan, limits)
         self._judged = False
         self._events: deque[Event] = deque()
         self._is_telling = False

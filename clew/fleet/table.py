@@ -35,7 +35,7 @@ class Watch:
     def __init__(self, run: Path, said: Path) -> None:
         self._run = run
         self._said = Said(said)
-        self._follower = Follower()
+        self._follower = Follower(run / EVENTS_FILE)
         self._board: Scoreboard | None = None
         self._verdict: Verdict | None = None
 
@@ -46,7 +46,7 @@ class Watch:
 
     def look(self) -> bool:
         """Read new entries; returns whether there were any."""
-        news = look(self._run / EVENTS_FILE, self._follower)
+        news = look(self._follower)
         said = self._said.look()
         if news.header is not None:
             self._board = Scoreboard.of(news.header)

@@ -44,10 +44,9 @@ class News:
 
 @dataclass(slots=True)
 class Follower:
-    """How much has been read. Pure: the caller reads the file from `whole_bytes` on."""
+    """How much has been read of a file. Pure: the caller reads the file from `whole_bytes` on."""
 
-    path: Path = Path(EVENTS_FILE)
-    """The file's name in flaws."""
+    path: Path
     whole_bytes: int = 0
     torn_bytes: int = 0
     """Length of the text after the last newline."""
@@ -158,7 +157,7 @@ async def follow(run: Path) -> AsyncGenerator[News]:
     while True:
         # Ask before the read, so that nothing recorded before the end is missed.
         is_over = path.with_name(VERDICT_FILE).exists() or vigil.is_over(ended=follower.ended)
-        news = look(path, follower)
+        news = look(follower)
         if news:
             yield news
         elif is_over:
@@ -169,17 +168,17 @@ async def follow(run: Path) -> AsyncGenerator[News]:
         yield last
 
 
-def look(path: Path, follower: Follower) -> News:
-    """Read what is new in the file; nothing, if there is no file.
+def look(follower: Follower) -> News:
+    """Read what is new in the follower's file; nothing, if there is no file.
 
     Raises:
         UsageError: it cannot be read.
     """
     try:
-        size_bytes = path.stat().st_size
+        size_bytes = follower.path.stat().st_size
         if size_bytes < follower.whole_bytes:
             return follower.miss(size_bytes)
-        with open_regular(path) as file:
+        with open_regular(follower.path) as file:
             while True:
                 wanted_bytes = follower.wanted_bytes
                 file.seek(follower.whole_bytes)
@@ -190,7 +189,7 @@ def look(path: Path, follower: Follower) -> News:
     except FileNotFoundError:
         return News(None, (), ())
     except OSError as error:
-        raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
+        raise UsageError(f"{follower.path}: cannot be read: {error.strerror}") from error
 
 
 def _timeline_of(run: Path) -> Path:

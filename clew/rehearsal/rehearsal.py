@@ -32,7 +32,6 @@ from clew.rehearsal.token_events import TokenEvent, key_of, to_robot, to_world
 from clew.rehearsal.tokens import Seen
 from protocol.errors import MessageRefusedError
 from protocol.exit_codes import ExitCode
-from protocol.faults.message_faults import MessageFaults
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.process_faults import ProcessAction, ProcessFault, ProcessFaults
 from protocol.faults.rules import ROUTER, StepPoint
@@ -117,19 +116,14 @@ class Rehearsal:
             self._is_asked_to_end()
             yield self.world.now_s
 
-    def inject(self, plan: Plan) -> None:
-        """Use this plan for messages from now on; messages in transit are not affected."""
-        self._exchange.use(MessageFaults(plan, self._seed))
-
     def turn_to(self, plan: Plan) -> None:
-        """Use this plan from now on, for all faults. What the old plan has begun goes on."""
+        """Use this plan from now on, for all faults. What the old plan has begun goes on.
+
+        Messages in transit are not affected.
+        """
         self.plan = plan
         self._exchange.use(self._exchange.message_faults.turned_to(plan))
         self._process_faults.turn_to(plan)
-
-    def kill(self, robot: int) -> None:
-        """End the robot's process; its body stays."""
-        self._processes.end(robot)
 
     def close(self) -> None:
         """Close the journals of the processes that are still alive."""

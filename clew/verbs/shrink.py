@@ -14,7 +14,6 @@ from clew.verbs.say import warn
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
-from protocol.faults.plan import load as load_plan
 from protocol.faults.plan_text import FAULTS_FILE, plan_text
 from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from protocol.files.reading import understand
@@ -23,7 +22,6 @@ from protocol.law_files import look_in
 
 if TYPE_CHECKING:
     from clew.campaign.failures import Case, Failure
-    from world.record.recorder import Header
 
 SHRUNK_FOLDER, WORLD_FILE = "shrunk", "world.toml"
 
@@ -104,7 +102,7 @@ def _run(run: Path) -> "tuple[Case, Failure | None]":
     header = read.header
     if header.speed is not None:
         raise UsageError(f"{run}: is a live run; only rehearsals can be shrunk")
-    if (plan := _plan_of(run, header)) is None:
+    if header.faults is None:
         raise UsageError(f"{run}: has no fault plan to cut")
     try:
         verdict = read_verdict(run)
@@ -113,17 +111,9 @@ def _run(run: Path) -> "tuple[Case, Failure | None]":
     case = Case(
         scenario=understand(header.scenario, Scenario, str(run)),
         seed=header.seed,
-        plan=plan,
+        plan=understand(header.faults, Plan, str(run)),
     )
     return case, failure_in(read, verdict)
-
-
-def _plan_of(run: Path, header: "Header") -> Plan | None:
-    """The fault plan of a run: from the header, or, for an old log, from the file beside it."""
-    if header.faults is not None:
-        return understand(header.faults, Plan, str(run))
-    beside = run / FAULTS_FILE
-    return load_plan(str(beside)) if beside.exists() else None
 
 
 def _episode(folder: Path, seed: int | None) -> "tuple[Case, Failure | None]":

@@ -12,15 +12,9 @@ import tomli_w
 Table = Mapping[str, Any]
 
 
-def toml_text(table: Table, schema: str | None = None) -> str:
-    """The table as TOML.
-
-    Args:
-        table: the data to write.
-        schema: the JSON Schema file for editors.
-    """
-    head = "" if schema is None else f"#:schema {schema}\n"
-    return head + tomli_w.dumps({key: _said(each) for key, each in table.items() if each is not None})
+def toml_text(table: Table) -> str:
+    """The table as TOML."""
+    return tomli_w.dumps({key: _said(each) for key, each in table.items() if each is not None})
 
 
 def _said(value: object) -> object:

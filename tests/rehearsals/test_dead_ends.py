@@ -19,6 +19,7 @@ from protocol.timeline import (
     StrandJoined,
     StrandReversed,
 )
+from tests.support.faults import kill
 from tests.support.long import long
 from tests.support.scenes.dead_ends import EPSILON_M, RADIUS_M, box, goal_behind, nested, pocket, t_junction
 from world.judge.ending import Ending
@@ -147,7 +148,7 @@ def test_a_loss_of_90_percent_while_turning_breaks_no_invariant(seed: int, scene
     for _ in rehearsal.ticks():
         # Starts when the strand begins to turn; with this loss from the start it hardly gets there.
         if hears and reversals(rehearsal):
-            rehearsal.inject(DEAF)
+            rehearsal.turn_to(DEAF)
             hears = False
     again = replay(test_a_loss_of_90_percent_while_turning_breaks_no_invariant, seed, scene)
     assert len(formations(rehearsal)) > 1, again
@@ -185,7 +186,7 @@ def test_a_death_while_the_strand_turns_breaks_no_invariant(plan: Plan, after_s:
         if dies_at_s is None and reversals(rehearsal):
             dies_at_s = now_s + after_s
         if dies_at_s is not None and now_s >= dies_at_s:
-            rehearsal.kill(robot)
+            kill(rehearsal, robot)
             dies_at_s = float("inf")
     test = test_a_death_while_the_strand_turns_breaks_no_invariant
     again = replay(test, {0.0: "at once", 0.06: "soon", 4.0: "late"}[after_s], robot)

@@ -256,7 +256,7 @@ def test_the_plan_can_be_changed_during_the_run(tmp_path: Path) -> None:
     rehearsal = Rehearsal(load_scenario(str(path)), 1)
     for now_s in rehearsal.ticks():
         if now_s == pytest.approx(1.0):
-            rehearsal.inject(Plan(name="deaf", rules=(Drop(probability=0.5),)))
+            rehearsal.turn_to(Plan(name="deaf", rules=(Drop(probability=0.5),)))
     first_s = min(e.t_s for _, e in rehearsal.entries if isinstance(e.record, FaultInjected))
     assert first_s == pytest.approx(1.0, abs=0.2)
 

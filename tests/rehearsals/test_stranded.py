@@ -9,6 +9,7 @@ from protocol.exit_codes import ExitCode
 from protocol.faults.plan import NO_FAULTS, Plan, uniform
 from protocol.faults.rules import Partition
 from protocol.timeline import RobotStranded, RunEnded
+from tests.support.faults import kill
 from tests.support.scenes.corridor import PASSAGE_M, passage
 from tests.support.scenes.dead_ends import corridors, scene, walls_round
 from world.closing import Circumstances, verdict_of
@@ -27,7 +28,7 @@ def plugged(robots: int, dies: int, *, lossy: bool = False) -> tuple[Rehearsal, 
     died_s = None
     for now_s in rehearsal.ticks():
         if died_s is None and rehearsal.world.bodies.place_m[dies - 1, 0] > PASSAGE_M / 2.0:
-            rehearsal.kill(dies)
+            kill(rehearsal, dies)
             died_s = now_s
     assert died_s is not None
     return rehearsal, died_s

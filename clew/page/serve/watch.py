@@ -46,7 +46,7 @@ class Watch:
     """A run's folder or its `events.jsonl`; the path may contain a link that changes later."""
     _which: tuple[Path, int] | None = None
     """The resolved path and the inode: no two runs share both."""
-    _follower: Follower = field(default_factory=Follower)
+    _follower: Follower = field(default_factory=lambda: Follower(Path(EVENTS_FILE)))
     _vigil: Vigil = field(default_factory=lambda: Vigil(Path(EVENTS_FILE)))
     _end: Marks | None = None
     """The state of its files when its end was sent."""
@@ -72,7 +72,7 @@ class Watch:
         # Read before the entries: entries recorded before the verdict are sent before it.
         verdict, flaw = verdict_of(events)
         is_over = verdict is not None or self._vigil.is_over(ended=self._follower.ended)
-        news = look(events, self._follower)
+        news = look(self._follower)
         if news:
             seen.append(news)
         elif is_over and marks == _marks(events):

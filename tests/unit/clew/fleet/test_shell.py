@@ -10,6 +10,7 @@ from typing import cast
 
 import pytest
 
+from clew.fleet import shell
 from clew.fleet.output import output
 from clew.fleet.parts import processes
 from clew.fleet.parts.command_lines import PARTS, Part, Stdout
@@ -54,7 +55,7 @@ class Toys:
             lambda _: ["-ISc", HELP + code, str(self.private)], stdout
         )
 
-    def run(self, *asked: ExitCode, limits: Limits | None = None) -> int:
+    def run(self, *asked: ExitCode) -> int:
         """Supervise them; returns the exit code."""
 
         def hear(tell: Callable[[ExitCode], None]) -> None:
@@ -75,7 +76,7 @@ class Toys:
             shows=Shows.LINES,
         )
         with processes.orphans_adopted(), output(run) as words:
-            supervised = supervise(run, self.lifeline, words, hear, limits)
+            supervised = supervise(run, self.lifeline, words, hear)
             return asyncio.run(asyncio.wait_for(supervised, DEADLINE_S))
 
     def noted(self, name: str) -> int:
@@ -179,7 +180,7 @@ note("child", str(os.getpid()))
 
 
 def test_leftovers_in_a_hosts_group_that_end_on_request_are_not_killed(
-    toys: Toys, capfd: pytest.CaptureFixture[str]
+    toys: Toys, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     toys.be(
         HOST,
@@ -197,7 +198,8 @@ note("child", str(os.getpid()))
     )
     toys.be(WORLD, "wait_for((private / 'child').exists)")
     patient = Limits(others_s=DEADLINE_S, all_s=2 * DEADLINE_S)
-    assert toys.run(limits=patient) == 0
+    monkeypatch.setattr(shell, "limits_of", lambda *_, **__: patient)
+    assert toys.run() == 0
     assert "had not ended" not in capfd.readouterr().err
     assert not is_there(toys.noted("child"))
 

@@ -31,7 +31,7 @@ def told(news: list[News]) -> list[object]:
 
 def play(sizes: list[bytes]) -> tuple[list[News], Follower]:
     """Looks at a file that holds each of these contents in turn."""
-    follower = Follower()
+    follower = Follower(Path(EVENTS_FILE))
     return [follower.take(content[follower.whole_bytes :]) for content in sizes], follower
 
 
@@ -90,24 +90,24 @@ def test_line_longer_than_what_is_read_at_once_comes(
     text: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(following, "READ_BYTES", 50)
-    path, follower = tmp_path / EVENTS_FILE, Follower()
+    follower = Follower(path := tmp_path / EVENTS_FILE)
     path.write_bytes(text)
     news = []
     while follower.whole_bytes < len(text):
-        news.append(following.look(path, follower))
+        news.append(following.look(follower))
         assert len(news) < len(text)
     assert told(news) == LINES
 
 
 def test_a_file_that_shrinks_is_reported_and_read_on(text: bytes, tmp_path: Path) -> None:
-    path, follower = tmp_path / EVENTS_FILE, Follower()
+    follower = Follower(path := tmp_path / EVENTS_FILE)
     path.write_bytes(text)
-    following.look(path, follower)
+    following.look(follower)
     last = text[: text[:-1].rindex(b"\n") + 1]
     path.write_bytes(last)
-    assert "no longer in the file" in following.look(path, follower).flaws[0]
+    assert "no longer in the file" in following.look(follower).flaws[0]
     path.write_bytes(text)
-    assert told([following.look(path, follower)]) == LINES[-1:]
+    assert told([following.look(follower)]) == LINES[-1:]
 
 
 async def test_run_is_awaited_followed_and_left_when_its_verdict_is_there(

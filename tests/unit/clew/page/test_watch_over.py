@@ -153,7 +153,7 @@ def test_a_line_that_is_too_long_is_skipped_and_reported_once(
     follower = Follower(path)
     count, flaws, size_bytes = 0, list[str](), path.stat().st_size
     while (before := follower.whole_bytes) < size_bytes:
-        news = look(path, follower)
+        news = look(follower)
         count, flaws = count + len(news.lines), [*flaws, *news.flaws]
         assert follower.whole_bytes > before or follower.torn_bytes
     assert count == len(LINES)

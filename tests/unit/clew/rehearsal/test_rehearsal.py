@@ -15,7 +15,7 @@ from protocol.faults.plan import NO_FAULTS, Plan, uniform
 from protocol.faults.rules import ROUTER, Kill, Partition, Rule
 from protocol.keys import WORLD
 from protocol.timeline import LinkSilent, RobotDied, RobotHeld, StrandFormed
-from tests.support.faults import injected
+from tests.support.faults import injected, kill
 from tests.support.long import long
 from world.core import ROUTER_PATIENCE_WALL_S
 from world.judge.ending import Ending
@@ -79,7 +79,7 @@ def test_a_loss_of_90_percent_breaks_no_invariant() -> None:
     for _ in itertools.takewhile(lambda now_s: now_s < 60.0, rehearsal.ticks()):
         # Starts when the strand has formed; with this loss from the start, forming alone takes very long.
         if hears and any(isinstance(entry.record, StrandFormed) for _, entry in rehearsal.entries):
-            rehearsal.inject(deaf)
+            rehearsal.turn_to(deaf)
             hears = False
     assert any(isinstance(entry.record, LinkSilent) for _, entry in rehearsal.entries)
     assert judged(rehearsal).breaches == ()
@@ -92,7 +92,7 @@ def test_when_a_robot_dies_the_others_arrive(dies_at_s: float, robot: int) -> No
     rehearsal = Rehearsal(load("grove"), 1, PERFECT)
     for now_s in rehearsal.ticks():
         if now_s == pytest.approx(dies_at_s):
-            rehearsal.kill(robot)
+            kill(rehearsal, robot)
     again = replay(test_when_a_robot_dies_the_others_arrive, dies_at_s, robot)
     assert rehearsal.world.ending is Ending.ARRIVED, again
     died = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, RobotDied)]

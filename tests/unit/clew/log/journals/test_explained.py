@@ -12,8 +12,9 @@ from clew.log.timeline import kind_of, read
 from clew.rehearsal.recorded import Recorded
 from protocol.faults.plan import NO_FAULTS
 from protocol.network.session import INPUTS
-from protocol.timeline import FaultInjected
+from protocol.timeline import FaultInjected, RobotDied
 from tests.support.campaigns import clew
+from tests.support.faults import kill
 from tests.support.runs import Runs
 from tests.support.scenes.corridor import PASSAGE_M, passage
 from world.record.lines import Line
@@ -99,7 +100,7 @@ def plugged(tmp_path_factory: pytest.TempPathFactory) -> Path:
         killed = False
         for _ in recorded.ticks():
             if not killed and recorded.rehearsal.world.bodies.place_m[2, 0] > PASSAGE_M / 2.0:
-                recorded.rehearsal.kill(3)
+                kill(recorded.rehearsal, 3)
                 killed = True
         recorded.judge()
     return folder
@@ -115,7 +116,9 @@ def test_a_stranded_robot_had_its_turns_in_vain(plugged: Path, kind: str) -> Non
 
 
 def test_a_death_that_nobody_asked_for_is_told_by_when_the_robot_was_last_heard(plugged: Path) -> None:
-    dead, _ = way(plugged, "world", "robot.died")
+    lines = [line for line in read(plugged).lines if not isinstance(line[1].record, FaultInjected)]
+    found = next(at for at, (_, entry) in enumerate(lines) if isinstance(entry.record, RobotDied))
+    dead, _ = Why(processes_of(plugged), lines).way(found)
     assert dead.said == f"r3 was dead since t={dead.t_s:.3f} s"
 
 
