@@ -21,7 +21,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-import msgspec
 from msgspec import structs
 
 from clew.api.fleet import Asked, Fleet, WaitFailedError
@@ -29,6 +28,7 @@ from clew.api.rehearsed import Faults, RehearsedFleet, asked_of
 from clew.fleet.folder import RUNS, make_latest
 from clew.fleet.live import Launched
 from clew.fleet.options import speed_of
+from clew.fleet.runs import verdict_in
 from clew.log.follow import Follower, look
 from protocol import laws
 from protocol.errors import UsageError
@@ -41,9 +41,10 @@ from protocol.plain import plain
 from protocol.root import IS_CHECKOUT, ROOT
 from protocol.run_settings import SCENARIO_FILE
 from protocol.timeline import PoseSampled
+from world.judge.verdict import Verdict
 from world.record.lines import Line
 from world.record.recorder import EVENTS_FILE
-from world.record.run_files import read_verdict, scenario_files
+from world.record.run_files import scenario_files
 from world.scenario.scenario import Scenario
 
 Speed = float | Literal["max"]
@@ -212,11 +213,10 @@ class LaunchedFleet(Fleet):
 
     @property
     def _ending(self) -> str:
-        try:
-            return read_verdict(self.asked.folder).reason
-        except (OSError, msgspec.MsgspecError):
-            assert self._launched is not None, "ended before the start"
-            return plain(" / ".join(self._launched.end().said[-SAID_LINES:])) or "it said nothing"
+        if (verdict := verdict_in(self.asked.folder, Verdict)) is not None:
+            return verdict.reason
+        assert self._launched is not None, "ended before the start"
+        return plain(" / ".join(self._launched.end().said[-SAID_LINES:])) or "it said nothing"
 
     def _give(self, rule: Rule) -> tuple[str, tuple[Rule, ...]]:
         name = request_fault(self.asked.folder, FaultRequest(rule=rule))

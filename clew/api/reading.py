@@ -2,15 +2,13 @@
 
 from pathlib import Path
 
-import msgspec
-
+from clew.fleet.runs import verdict_in
 from clew.log.follow import Follower, look
 from clew.log.log import Log
 from clew.log.uncollected import uncollected
 from world.judge.verdict import Verdict
 from world.record.lines import Line
 from world.record.recorder import EVENTS_FILE, Header
-from world.record.run_files import read_verdict
 
 
 class Reading:
@@ -65,8 +63,5 @@ class Reading:
         A copy of a log under another name may be of another run than the verdict beside it.
         """
         if self._verdict is None and self.path.name == EVENTS_FILE:
-            try:
-                self._verdict = read_verdict(self.path.parent)
-            except (OSError, msgspec.MsgspecError):
-                return None
+            self._verdict = verdict_in(self.path.parent, Verdict)
         return self._verdict

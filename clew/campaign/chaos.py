@@ -15,13 +15,13 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-import msgspec
 import numpy as np
 from msgspec import Struct
 
 from clew.campaign.episode import drawn_plan_path
 from clew.campaign.liveness import AtEnd, arrived_together, just_killed, liveness_failure
 from clew.fleet.live import Ended
+from clew.fleet.runs import verdict_in
 from clew.log.check import Finding, check
 from clew.log.completeness import LAST_MISSING
 from clew.log.timeline import Timeline, read
@@ -35,7 +35,6 @@ from world.judge.ending import ASKED, Ending
 from world.judge.truth.voices import concerned
 from world.judge.verdict import Verdict
 from world.record.lines import Line
-from world.record.run_files import read_verdict
 from world.scenario.scenario import Scenario
 
 
@@ -251,10 +250,7 @@ def sum_up(runs: Sequence[ChaosRun], *, asked: int, speed: str, interrupted: boo
 
 def _read(folder: Path) -> tuple[Verdict | None, Timeline | None, Finding | None]:
     """The readable parts of a run's folder."""
-    try:
-        verdict = read_verdict(folder)
-    except (OSError, msgspec.MsgspecError):
-        verdict = None
+    verdict = verdict_in(folder, Verdict)
     try:
         timeline = read(folder)
         return verdict, timeline, check(timeline)

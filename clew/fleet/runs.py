@@ -80,7 +80,7 @@ def runs_in(folder: Path, now_s: float) -> list[Listed]:
 
 def listed(run: Path, now_s: float) -> Listed:
     """A run as it is in a list."""
-    verdict = verdict_of(run, Ended)
+    verdict = verdict_in(run, Ended)
     facts = [path.lstat() for path in (run, *run.rglob("*"))]
     age_s = now_s - max(each.st_mtime for each in facts)
     return Listed(
@@ -92,7 +92,7 @@ def listed(run: Path, now_s: float) -> Listed:
     )
 
 
-def verdict_of(run: Path, part: type[Part]) -> Part | None:
+def verdict_in(run: Path, part: type[Part]) -> Part | None:
     """The part of a run's verdict with these fields; None: there is none, or it cannot be read."""
     try:
         return msgspec.json.decode(read_bytes(run / VERDICT, MADE_BYTES_MAX), type=part)

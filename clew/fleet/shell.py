@@ -20,7 +20,7 @@ from clew.fleet.parts.private import private_folder
 from clew.fleet.parts.processes import READ_BYTES_MAX, Processes, orphans_adopted
 from clew.fleet.prepare import Prepared, Shows, prepare
 from clew.fleet.request import Request
-from clew.fleet.runs import verdict_of
+from clew.fleet.runs import verdict_in
 from clew.fleet.stand_in import stand_in
 from clew.fleet.supervision.events import (
     Activate,
@@ -139,7 +139,7 @@ class _Shell:
         self._set_timer()
 
     def _look_for_verdict(self) -> None:
-        if not self._judged and (judged := verdict_of(self._run.folder, Judged)) is not None:
+        if not self._judged and (judged := verdict_in(self._run.folder, Judged)) is not None:
             self._judged = True
             self._events.appendleft(judged)
 

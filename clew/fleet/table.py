@@ -7,15 +7,14 @@ Rule 2: it ends when the verdict is there, when it is asked to, or when its laun
 
 import argparse
 import asyncio
-import contextlib
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-import msgspec
 from rich.console import Console
 from rich.live import Live
 
+from clew.fleet.runs import verdict_in
 from clew.fleet.table_picture import picture
 from clew.fleet.table_rows import Scoreboard
 from clew.fleet.table_said import Said
@@ -23,7 +22,6 @@ from clew.log.follow import Follower, look
 from protocol.process.ending import asked_to_end
 from world.judge.verdict import Verdict
 from world.record.recorder import EVENTS_FILE
-from world.record.run_files import read_verdict
 
 DRAW_S = 0.2  # wall clock: five pictures per second look live and cost a few percent of one core
 STDIN = 0
@@ -53,11 +51,9 @@ class Watch:
         if self._board is not None:
             for source, entry in news.lines:
                 self._board.hear(source, entry)
-        if self._verdict is None:
-            with contextlib.suppress(OSError, msgspec.MsgspecError):  # missing or half written
-                self._verdict = read_verdict(self._run)
-                return True
-        return bool(news.header or news.lines or said)
+        was_judged = self.judged
+        self._verdict = self._verdict or verdict_in(self._run, Verdict)
+        return bool(news.header or news.lines or said or self.judged != was_judged)
 
     def draw(self, live: Live) -> None:
         """Draw the current state."""

@@ -92,12 +92,11 @@ def _busy(processes: int) -> Iterator[None]:
 
 def _run(arguments: list[str], out: Path, seed: int) -> "BusyRun":
     from clew.bench.busy import busy_run
-    from world.judge.verdict import VERDICT_FILE
-    from world.record.run_files import read_verdict
+    from clew.fleet.runs import verdict_in
+    from world.judge.verdict import Verdict
 
     ended = run_fleet([*arguments, "--seed", str(seed), "--out", str(out)], wall_s_max=QUEUE_S_MAX)
-    verdict = read_verdict(out) if (out / VERDICT_FILE).exists() else None
-    return busy_run(verdict, ended.said, launcher_s=ended.wall_s)
+    return busy_run(verdict_in(out, Verdict), ended.said, launcher_s=ended.wall_s)
 
 
 def _print(figures: "BusyFigures") -> None:

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-import msgspec
 
 from clew.fleet.live import run_fleet
 from clew.verbs.bench_said import begin
@@ -93,18 +92,17 @@ def _draw(points: "list[LossPoint]", title: str) -> None:
 
 def _live(scenario: str, known: "Scenario", plan: Plan, seed: int, speed: float) -> "Crossing":
     from clew.bench.loss import Crossing
+    from clew.fleet.runs import verdict_in
     from world.judge.ending import Ending
-    from world.record.run_files import read_verdict
+    from world.judge.verdict import Verdict
 
     with tempfile.TemporaryDirectory(prefix="clew-loss.") as folder:
         path, out = Path(folder) / FAULTS_FILE, Path(folder) / "run"
         path.write_text(plan_text(plan), encoding="utf-8")
         arguments = ["--faults", str(path), "--seed", str(seed), "--speed", f"{speed:g}", "--out", str(out)]
         ended = run_fleet([scenario, *arguments], wall_s_max=wall_s_max(known.time.time_s_max, speed))
-        try:
-            verdict = read_verdict(out)
-        except (OSError, msgspec.MsgspecError) as error:
-            raise UsageError(f"a live run has no verdict: {'; '.join(ended.said[-3:])}") from error
+        if (verdict := verdict_in(out, Verdict)) is None:
+            raise UsageError(f"a live run has no verdict: {'; '.join(ended.said[-3:])}")
     return Crossing(
         seed=seed,
         time_s=verdict.sim_s if verdict.reason == Ending.ARRIVED else None,

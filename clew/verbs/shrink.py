@@ -93,8 +93,9 @@ def _many(count: int, what: str) -> str:
 def _run(run: Path) -> "tuple[Case, Failure | None]":
     """A rehearsed run, and how it failed."""
     from clew.campaign.failures import Case, failure_in
+    from clew.fleet.runs import verdict_in
     from clew.log import timeline
-    from world.record.run_files import read_verdict
+    from world.judge.verdict import Verdict
     from world.scenario.scenario import Scenario
 
     read = timeline.read(run)
@@ -104,10 +105,8 @@ def _run(run: Path) -> "tuple[Case, Failure | None]":
         raise UsageError(f"{run}: is a live run; only rehearsals can be shrunk")
     if header.faults is None:
         raise UsageError(f"{run}: has no fault plan to cut")
-    try:
-        verdict = read_verdict(run)
-    except (OSError, msgspec.MsgspecError) as error:
-        raise UsageError(f"{run}: no verdict that says how it failed: {_plainly(error)}") from error
+    if (verdict := verdict_in(run, Verdict)) is None:
+        raise UsageError(f"{run}: has no readable verdict that says how it failed")
     case = Case(
         scenario=understand(header.scenario, Scenario, str(run)),
         seed=header.seed,

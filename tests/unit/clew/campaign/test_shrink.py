@@ -156,7 +156,7 @@ def test_a_run_without_a_verdict_is_refused_in_a_plain_sentence(failed: Path) ->
     (failed / VERDICT_FILE).unlink()
     said = clew("shrink", failed)
     assert said.exit_code == 2
-    assert "no verdict that says how it failed: No such file or directory" in said.stderr
+    assert "has no readable verdict that says how it failed" in said.stderr
     assert "Errno" not in said.stderr
 
 
