@@ -123,6 +123,25 @@ def keys_of(robots: int) -> Iterator[str]:
                 yield from (keys.behind_root(key(name, other)) for key in (keys.link, keys.view))
 
 
+@lru_cache(maxsize=4096)  # a fault plan takes thousands of messages of the same few keys
+def ends_of(key: str) -> tuple[str, str] | None:
+    """The sender and the receiver on a key (without the run's root); None: of the recorder or of queries.
+
+    The keys of the operator, who counts nothing, have none either.
+    """
+    match key.split("/"):
+        case ["link" | "view", sender, receiver]:
+            return sender, receiver
+        case ["body", "fence", robot] if robot_number(robot) is not None:
+            return robot, WORLD
+        case ["body", robot, "drive"]:
+            return robot, WORLD
+        case ["body", robot, "odometry"]:
+            return WORLD, robot
+        case _:
+            return None
+
+
 def matches(pattern: str, key: str) -> bool:
     """Whether a key is one that a pattern means, in which `*` stands for one chunk."""
     parts, wanted = key.split("/"), pattern.split("/")

@@ -9,14 +9,12 @@ Rule 2: a robot that was started again counted in its last life only, and its ne
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
 
-from protocol.keys import robot_number
+from protocol.keys import ends_of, robot_number
 from protocol.timeline import Entry, FaultInjected, RobotRestarted, RobotSettled, TrafficCounted
 from world.judge.books import TAKES_AWAY
 
 KINDS = frozenset({FaultInjected, RobotRestarted, RobotSettled, TrafficCounted})
-IN_BOOKS = frozenset({"link", "view", "drive", "odometry"})  # the first or the last part of keys that are
 
 Link = tuple[int, int]
 """The robot that sends, and the one that hears."""
@@ -57,7 +55,7 @@ class Losses:
         match entry.record:
             case FaultInjected() as fault:
                 if fault.key is not None and fault.fault in TAKES_AWAY:
-                    self._take(source, entry.t_s, fault.key)
+                    self._take(entry.t_s, fault.key)
             case RobotRestarted(robot=robot):
                 self._restarted.add(robot)
                 self.closed += 1
@@ -74,10 +72,10 @@ class Losses:
             case _:
                 pass  # nothing of messages
 
-    def _take(self, source: str, t_s: float, key: str) -> None:
+    def _take(self, t_s: float, key: str) -> None:
         if (link := link_of(key)) is not None:
             self.taken.append((t_s, link))
-        if (robot := _loser(source, key)) is not None:
+        if (robot := _loser(key)) is not None:
             self.by_robot[robot] += 1
 
     def books(self) -> tuple[Book, ...]:
@@ -96,26 +94,18 @@ class Losses:
         )
 
 
-@lru_cache(maxsize=4096)  # a fault plan takes thousands of messages of the same few keys
-def _loser(source: str, key: str) -> int | None:
+def _loser(key: str) -> int | None:
     """Rule 1."""
-    parts = key.split("/")
-    if parts[:2] == ["body", "fence"]:
-        return robot_number(parts[-1])
-    if len(parts) < 2 or not {parts[0], parts[-1]} & IN_BOOKS:
-        return None
-    return robot_number(source) or robot_number(parts[1])
+    sender, receiver = ends_of(key) or ("", "")
+    return robot_number(receiver) or robot_number(sender)
 
 
-@lru_cache(maxsize=4096)
 def link_of(key: str) -> Link | None:
     """The link that a key, without the run's root, is of."""
-    match key.split("/"):
-        case ["link", sender, receiver, *_]:
-            one, other = robot_number(sender), robot_number(receiver)
-            return None if one is None or other is None else (one, other)
-        case _:
-            return None
+    sender, receiver = map(robot_number, ends_of(key) or ("", ""))
+    if sender is None or receiver is None or not key.startswith("link/"):
+        return None
+    return sender, receiver
 
 
 def _of_links(counts: Mapping[str, int]) -> Iterator[tuple[Link, int]]:

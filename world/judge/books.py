@@ -22,7 +22,7 @@ from types import MappingProxyType
 
 from msgspec import Struct
 
-from protocol.keys import WORLD, robot_number
+from protocol.keys import WORLD, ends_of
 
 TAKES_AWAY = ("drop", "partition", "corrupt")  # other faults leave a valid message
 DISAGREEMENTS_MAX = LOST_MAX = 20  # named in the verdict
@@ -84,7 +84,7 @@ def balance(
     told = {key for account in accounts.values() for key in (*account.sent, *account.newest)}
     told.update(key for key, _ in removed)
     for key in sorted(told):
-        ends = _ends(key)
+        ends = ends_of(key)
         if ends is None:
             continue
         sender, receiver = ends
@@ -133,18 +133,3 @@ def _disagreements(
         count, entries = counted.get(fault, 0), recorded.get(fault, 0)
         if count != entries:
             yield f"{fault} took away {count} messages by its count and {entries} by its entries"
-
-
-def _ends(key: str) -> tuple[str, str] | None:
-    """The sender and the receiver of a key; None for a key that is not in the books."""
-    match key.split("/"):
-        case ["link" | "view", sender, receiver]:
-            return sender, receiver
-        case ["body", "fence", robot] if robot_number(robot) is not None:
-            return robot, WORLD
-        case ["body", robot, "drive"]:
-            return robot, WORLD
-        case ["body", robot, "odometry"]:
-            return WORLD, robot
-        case _:
-            return None
