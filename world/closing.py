@@ -3,11 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from msgspec.structs import replace
+
 from protocol.faults.plan import Plan
-from protocol.keys import WORLD, Keys, robot_name
-from protocol.network.traffic import Traffic
+from protocol.keys import WORLD, robot_name
+from protocol.timeline import TrafficCounted
 from world.core import World
-from world.judge.books import Account, balance
+from world.judge.books import balance
 from world.judge.tally import Tally
 from world.judge.verdict import Events, Facts, Late, Verdict, pass_verdict
 
@@ -21,7 +23,7 @@ class Circumstances:
     started_at: str
     plan: Plan
     """The fault plan."""
-    traffic: Account | None
+    traffic: TrafficCounted | None
     """The world's own counts; None: the world was resumed, and the counts of its first process are lost."""
     recorded: int
     """Entries that stand in the timeline."""
@@ -34,21 +36,6 @@ class Circumstances:
     speed_reached: float | None = None
     """Simulated seconds per wall-clock second of the world's clock; None: in lock-step or rehearsed."""
     ticks_late: Late | None = None
-
-
-def account_of(traffic: Traffic, keys: Keys) -> Account:
-    """The message counts of a process, with keys as in the timeline."""
-
-    def counted(counts: Mapping[str, int]) -> dict[str, int]:
-        return {keys.behind_root(key): count for key, count in counts.items()}
-
-    return Account(
-        sent=counted(traffic.sent),
-        received=counted(traffic.received),
-        newest=counted(traffic.newest),
-        injected={fault: counted(by_key) for fault, by_key in traffic.injected_by_fault().items()},
-        refused=counted(traffic.refused),
-    )
 
 
 def verdict_of(world: World, circumstances: Circumstances) -> Verdict:
@@ -89,16 +76,10 @@ def verdict_of(world: World, circumstances: Circumstances) -> Verdict:
     )
 
 
-def _accounts(tally: Tally) -> dict[str, Account]:
+def _accounts(tally: Tally) -> dict[str, TrafficCounted]:
     """The accounts of robots that recorded both counts for the whole run; restarted robots have none."""
     return {
-        robot_name(robot): Account(
-            sent=tally.settled[robot].sent,
-            received=counted.received,
-            newest=counted.newest,
-            injected=counted.injected,
-            refused=counted.refused,
-        )
+        robot_name(robot): replace(counted, sent=tally.settled[robot].sent)
         for robot, counted in tally.counted.items()
         if robot in tally.settled and robot not in tally.restarted
     }

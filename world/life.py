@@ -30,7 +30,7 @@ from protocol.network.session import Session
 from protocol.network.transport import Appeared, Arrival, Asked, Heard, Listed, Refused, Transport, Vanished
 from protocol.timeline import Entry, Record
 from protocol.wire.messages import Drive, LogBatch, Logged, Message, Phase, ScanQuery
-from world.closing import Circumstances, account_of, verdict_of
+from world.closing import Circumstances, verdict_of
 from world.commands import Command, Note, ServeScan, TellOdometry
 from world.core import World
 from world.events import (
@@ -388,7 +388,7 @@ class Life:
                 speed=self._request.speed,
                 started_at=self._started_at,
                 plan=self._request.plan,
-                traffic=None if self._past is not None else account_of(self._transport.traffic, self._keys),
+                traffic=None if self._past else self._transport.traffic.counted(self._keys.behind_root),
                 recorded=self._readback.read_count,
                 missing=self._recorder.missing,
                 lost=self._readback.lost(self._recorder.written),

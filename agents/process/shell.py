@@ -260,22 +260,12 @@ class Shell:
 
     async def _close(self) -> ExitCode:
         """Record the sent counts; when all robots have, record the received ones; end when that is stored."""
-        self._note(RobotSettled(sent=dict(self._counted(self._transport.traffic.sent))))
+        self._note(RobotSettled(sent=self._counted().sent))
         while self._phase is Phase.OVER:
             await self._turn()
             if self._world_is_silent():
                 return ExitCode.FAILED
-        traffic = self._transport.traffic
-        counted = TrafficCounted(
-            sent=self._counted(traffic.sent),
-            received=self._counted(traffic.received),
-            newest=self._counted(traffic.newest),
-            injected={fault: self._counted(by_key) for fault, by_key in traffic.injected_by_fault().items()},
-            refused=self._counted(traffic.refused),
-            overflowed=traffic.overflowed_count,
-            unrecorded=self._outbox.lost_count,
-        )
-        for part in in_parts(counted):
+        for part in in_parts(self._counted()):
             self._note(part)
         await self._tell_last()
         return ExitCode.FAILED if len(self._outbox) else ExitCode.OK
@@ -358,10 +348,11 @@ class Shell:
         while (batch := self._outbox.batch(time.monotonic())) is not None:
             self._transport.put(self._keys.log(self._name), batch)
 
-    def _counted(self, counts: dict[str, int]) -> dict[str, int]:
-        """Counts by the key without its root; the recorder's keys are counted separately."""
+    def _counted(self) -> TrafficCounted:
+        """Its message counts; the recorder's keys are counted separately."""
         apart = (self._keys.log(self._name), self._logged_key)
-        return {self._keys.behind_root(key): count for key, count in counts.items() if key not in apart}
+        traffic, lost = self._transport.traffic, self._outbox.lost_count
+        return traffic.counted(self._keys.behind_root, apart=apart, unrecorded=lost)
 
 
 def tokens_of(keys: Keys, robots: frozenset[int] | None) -> list[str]:

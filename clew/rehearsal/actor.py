@@ -14,9 +14,7 @@ from clew.rehearsal.mail import Mail
 from protocol.faults.damage import Damage
 from protocol.network.bounded import INBOX_BYTES_MAX, INBOX_CAPACITY, Bounded
 from protocol.network.traffic import Traffic
-from protocol.timeline import TrafficCounted
 from protocol.wire.messages import Message, Odometry, Phase
-from world.judge.books import Account
 
 
 class Arrival(Struct, frozen=True, gc=False):
@@ -37,18 +35,6 @@ class Desk:
     name: str
     traffic: Traffic = field(default_factory=Traffic)
     ended: bool = False
-
-    @property
-    def account(self) -> Account:
-        """Its message counts."""
-        traffic = self.traffic
-        return Account(
-            sent=traffic.sent,
-            received=traffic.received,
-            newest=traffic.newest,
-            injected=traffic.injected_by_fault(),
-            refused=traffic.refused,
-        )
 
     def end(self) -> None:
         """Close it: it hears and sends nothing more."""
@@ -85,20 +71,6 @@ class Actor:
     inbox: Bounded[Waiting] = field(
         default_factory=lambda: Bounded(capacity=INBOX_CAPACITY, bytes_max=INBOX_BYTES_MAX)
     )
-
-    @property
-    def counted(self) -> TrafficCounted:
-        """The record of its message counts; in a rehearsal no entry is lost."""
-        traffic = self.traffic
-        return TrafficCounted(
-            sent=dict(traffic.sent),
-            received=dict(traffic.received),
-            newest=traffic.newest,
-            injected=traffic.injected_by_fault(),
-            refused=dict(traffic.refused),
-            overflowed=traffic.overflowed_count,
-            unrecorded=0,
-        )
 
     def end(self) -> None:
         """End the process."""

@@ -36,14 +36,13 @@ from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.process_faults import ProcessAction, ProcessFault, ProcessFaults
 from protocol.faults.rules import ROUTER, StepPoint
 from protocol.keys import WORLD, WORLD_NUMBER
-from protocol.timeline import Entry, MessageRefused, Record, RobotSettled, RobotStarted
+from protocol.timeline import Entry, MessageRefused, Record, RobotSettled, RobotStarted, TrafficCounted
 from protocol.wire.messages import Message, Phase, ScanQuery
 from world.commands import Command as WorldCommand
 from world.commands import Note, ServeScan, TellOdometry
 from world.core import World
 from world.events import EntryRead, EntryWritten, MessageDropped, StopAsked
 from world.events import Event as WorldEvent
-from world.judge.books import Account
 from world.scenario.scenario import Scenario
 
 Asked = Callable[[], ExitCode | None]
@@ -88,9 +87,9 @@ class Rehearsal:
         return self._processes
 
     @property
-    def account(self) -> Account:
+    def account(self) -> TrafficCounted:
         """The message counts of the world's own process."""
-        return self._processes.desk.account
+        return self._processes.desk.traffic.counted()
 
     def run(self) -> "Rehearsal":
         """Run until the run has been judged."""
@@ -345,7 +344,7 @@ class Rehearsal:
             actor.journal.end("the run is over")
             self._write(actor.name, actor.come_s, RobotSettled(sent=dict(actor.traffic.sent)))
         if actor.phase is Phase.CLOSING:
-            self._write(actor.name, actor.come_s, actor.counted)
+            self._write(actor.name, actor.come_s, actor.traffic.counted())
             self._processes.end(actor.robot)
 
     def _execute_robot(self, actor: Actor, command: RobotCommand) -> None:

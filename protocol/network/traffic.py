@@ -1,7 +1,7 @@
 """Counts of messages by key, at one process; the message accounts of the fleet are made from them."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 
 from msgspec.structs import replace
@@ -62,6 +62,30 @@ class Traffic:
         for (key, fault), count in sorted(self.injected.items()):
             by_fault.setdefault(fault, {})[key] = count
         return by_fault
+
+    def counted(
+        self, said: Callable[[str], str] = str, *, apart: Collection[str] = (), unrecorded: int = 0
+    ) -> TrafficCounted:
+        """The record of the counts.
+
+        Args:
+            said: a key as it is in the timeline.
+            apart: keys that are not counted there.
+            unrecorded: entries that its full outbox has refused.
+        """
+
+        def of(counts: Mapping[str, int]) -> dict[str, int]:
+            return {said(key): count for key, count in counts.items() if key not in apart}
+
+        return TrafficCounted(
+            sent=of(self.sent),
+            received=of(self.received),
+            newest=of(self.newest),
+            injected={fault: of(counts) for fault, counts in self.injected_by_fault().items()},
+            refused=of(self.refused),
+            overflowed=self.overflowed_count,
+            unrecorded=unrecorded,
+        )
 
     def _note_number(self, key: str, number: int) -> None:
         self.newest[key] = max(number, self.newest.get(key, 0))

@@ -17,12 +17,12 @@ Rule 7: the books on which most is unaccounted for are named. A link that is dow
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from msgspec import Struct
 
 from protocol.keys import WORLD, ends_of
+from protocol.timeline import TrafficCounted
 
 TAKES_AWAY = ("drop", "partition", "corrupt")  # other faults leave a valid message
 DISAGREEMENTS_MAX = LOST_MAX = 20  # named in the verdict
@@ -52,20 +52,8 @@ class Messages(Struct, frozen=True, kw_only=True):
     """Of `unaccounted`: how many on which books, as in `left_out`, most first; the first ones."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Account:
-    """The counts of one source, by key without the run's root."""
-
-    sent: Mapping[str, int]
-    received: Mapping[str, int]
-    newest: Mapping[str, int]
-    injected: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
-    """Arrived messages that a fault plan removed: by fault, then by key."""
-    refused: Mapping[str, int] = field(default_factory=dict)
-
-
 def balance(
-    accounts: Mapping[str, Account],
+    accounts: Mapping[str, TrafficCounted],
     *,
     removed: Mapping[Book, Mapping[str, int]] = MappingProxyType({}),
 ) -> Messages:

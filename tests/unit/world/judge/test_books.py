@@ -1,5 +1,5 @@
 from protocol.timeline import Entry, FaultInjected, Record, TrafficCounted
-from world.judge.books import Account, Messages, balance
+from world.judge.books import Messages, balance
 from world.judge.tally import Tally
 
 
@@ -8,13 +8,20 @@ def account(
     received: dict[str, int] | None = None,
     newest: dict[str, int] | None = None,
     injected: dict[str, dict[str, int]] | None = None,
-) -> Account:
-    return Account(
-        sent=sent or {}, received=received or {}, newest=newest or received or {}, injected=injected or {}
+    refused: dict[str, int] | None = None,
+) -> TrafficCounted:
+    return TrafficCounted(
+        sent=sent or {},
+        received=received or {},
+        newest=newest or received or {},
+        injected=injected or {},
+        refused=refused or {},
+        overflowed=0,
+        unrecorded=0,
     )
 
 
-def books(**accounts: Account) -> Messages:
+def books(**accounts: TrafficCounted) -> Messages:
     everybody = {name: account() for name in ("world", "r1", "r2", "r3")} | accounts
     return balance(everybody)
 
@@ -53,8 +60,8 @@ def test_messages_removed_by_a_fault_plan_are_accounted_for_by_fault() -> None:
 
 def test_a_refused_message_counts_as_a_missing_one_or_as_foreign() -> None:
     link, drive = "link/r1/r2", "body/r1/drive"
-    damaged = Account(sent={}, received={link: 3}, newest={link: 5}, refused={link: 1})
-    forged = Account(sent={}, received={drive: 2}, newest={drive: 2}, refused={drive: 40})
+    damaged = account(received={link: 3}, newest={link: 5}, refused={link: 1})
+    forged = account(received={drive: 2}, newest={drive: 2}, refused={drive: 40})
     messages = books(r1=account(sent={link: 5, drive: 2}), r2=damaged, world=forged)
     assert (messages.sent, messages.received, messages.refused, messages.unaccounted) == (7, 5, 1, 1)
 
