@@ -15,7 +15,12 @@ FAULTS_FILE = "faults.toml"
 def plan_text(plan: Plan) -> str:
     """The plan as TOML; a plan read from it is equal."""
     head = {key: value for key, value in msgspec.to_builtins(plan).items() if key != "rule"}
-    return "".join([toml_text(head), *(f"\n[[rule]]\n{toml_text(_set_fields(rule))}" for rule in plan.rules)])
+    return "\n".join([toml_text(head), *map(_table, plan.rules)])
+
+
+def _table(rule: Rule) -> str:
+    """A rule as an element of the list; `tomli-w` would write short ones into one line."""
+    return toml_text({"rule": _set_fields(rule)}).replace("[rule]", "[[rule]]", 1)
 
 
 def _set_fields(rule: Rule) -> dict[str, Any]:
