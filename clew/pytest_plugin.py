@@ -118,7 +118,7 @@ def _fleet(request: pytest.FixtureRequest, stage: str, seed: int, folder: Path) 
     fleet.close()
 
 
-class _NeverStruckError(pytest.fail.Exception):
+class _NeverStruckError(pytest.fail.Exception):  # type: ignore[misc, valid-type] # a variable of pytest
     """A test has passed without one of its faults (rule 4)."""
 
 
