@@ -8,6 +8,7 @@ import pytest
 
 from protocol.errors import UsageError
 from protocol.faults.plan import load as load_plan
+from protocol.files.names import did_you_mean
 from protocol.files.opening import WRITTEN_BYTES_MAX, open_regular, read_bytes
 from protocol.network.session import read_session
 from world.scenario.scenario import load as load_scenario
@@ -93,3 +94,8 @@ def test_a_file_is_read_up_to_its_limit(tmp_path: Path) -> None:
         read_bytes(path, 4)
     with open_regular(path) as file:
         assert file.read() == b"12345"
+
+
+@pytest.mark.parametrize(("word", "near"), [("trak", "; did you mean 'track'?"), ("extra", "")])
+def test_only_a_name_that_is_near_is_suggested(word: str, near: str) -> None:
+    assert did_you_mean(word, ["shape", "id", "track", "radius_m"]) == near
