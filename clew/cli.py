@@ -11,6 +11,7 @@ with loading():
     import contextlib
     import errno
     import os
+    import re
     import sys
     from collections.abc import Iterator, Mapping
 
@@ -52,6 +53,11 @@ SECTIONS: Mapping[str, Mapping[str, Late]] = {
 }
 
 
+_RANGE = re.compile(r"a valid (integer|float)(?: range)?(?=\.$)")
+_NUMBERS = {"integer": "an integer", "float": "a number"}
+"""What click calls a range is a number in it."""
+
+
 class _Refusal(click.ClickException):
     exit_code = ExitCode.USAGE
 
@@ -65,7 +71,8 @@ def _one_line() -> Iterator[None]:
         raise
     except click.UsageError as error:
         help_is = "" if error.ctx is None else f" ({error.ctx.command_path} -h is its help)"
-        raise _Refusal(plain(" ".join(error.format_message().split())) + help_is) from error
+        said = _RANGE.sub(lambda kind: _NUMBERS[kind[1]], " ".join(error.format_message().split()))
+        raise _Refusal(plain(said) + help_is) from error
     except OSError as error:
         if error.filename is not None or error.errno == errno.EPIPE:
             raise

@@ -81,6 +81,18 @@ def test_a_mistyped_word_is_refused_in_one_line_that_says_which_is_near(
     assert ".;" not in said.stderr
 
 
+@pytest.mark.parametrize(
+    ("option", "value", "kind"),
+    [("-n", "abc", "an integer"), ("--seed", "1.5", "an integer"), ("--time-s-max", "long", "a number")],
+)
+def test_a_word_in_the_place_of_a_number_is_refused_by_the_kind_of_number(
+    option: str, value: str, kind: str
+) -> None:
+    said = clew("rehearse", option, value)
+    assert said.exit_code == 2
+    assert f"'{value}' is not {kind}. (" in said.stderr
+
+
 @pytest.mark.parametrize("arguments", REFUSED, ids=" ".join)
 def test_what_cannot_be_done_is_one_line(arguments: list[str]) -> None:
     said = clew(*arguments)
