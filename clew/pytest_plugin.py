@@ -25,6 +25,7 @@ OPTIONS = ("scenario", "robots", "seeds", "faults", "speed", "law", "deployment"
 OURS = Path(__file__).parent
 SPEED = "max"  # of live fleets: as fast as the robots answer
 _FLEETS = pytest.StashKey[dict[str, "Fleet"]]()
+_UNSTRUCK = pytest.StashKey[bool]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -118,15 +119,11 @@ def _fleet(request: pytest.FixtureRequest, stage: str, seed: int, folder: Path) 
     fleet.close()
 
 
-class _NeverStruckError(pytest.fail.Exception):  # type: ignore[misc, valid-type] # a variable of pytest
-    """A test has passed without one of its faults (rule 4)."""
-
-
-def _mistake(error: BaseException) -> str:
+def _mistake(item: pytest.Item, error: BaseException) -> str:
     """What a test that fails so does wrong itself; empty: its fleet may be the cause."""
     from protocol.errors import UsageError  # noqa: PLC0415 - late, by rule 3
 
-    if isinstance(error, _NeverStruckError):
+    if item.stash.get(_UNSTRUCK, False):
         return "a fault of the test never struck"
     return "the test asks for what cannot be done" if isinstance(error, UsageError) else ""
 
@@ -161,7 +158,8 @@ def _check_struck(item: pytest.Item, fleet: "Fleet") -> None:
     verdict = fleet.run.verdict
     if verdict is not None and verdict.unstruck:
         names = ", ".join(verdict.unstruck)
-        raise _NeverStruckError(
+        item.stash[_UNSTRUCK] = True
+        pytest.fail(
             f"the test has passed, but {names} never struck; if that may be: "
             "@pytest.mark.clew(must_strike=False)",
             pytrace=False,
@@ -228,5 +226,9 @@ def _test(item: pytest.Item, name: str, fleet: "Fleet", error: BaseException) ->
     seed, stage = fleet.asked.seed, item.config.getoption("--clew-stage")
     replay = ["pytest", item.nodeid, f"--clew-seed={seed}", *([f"--clew-stage={stage}"] if stage else [])]
     return Test(
-        path=Path(item.path), replay=shlex.join(replay), error=error, mistake=_mistake(error), play=play
+        path=Path(item.path),
+        replay=shlex.join(replay),
+        error=error,
+        mistake=_mistake(item, error),
+        play=play,
     )
