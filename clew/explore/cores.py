@@ -13,8 +13,8 @@ from agents.commands import AskScan, Order, Put, Say, Tell
 from agents.commands import Command as RobotCommand
 from agents.commands import Note as RobotNote
 from agents.events import Event as RobotEvent
-from agents.events import LinkHeard, OdometryHeard, ScanHeard, TokensWatched, ViewHeard
 from agents.events import TokenCame as TokenSeen
+from agents.events import TokensWatched
 from agents.events import TokenWent as TokenMissed
 from agents.navigation.grid import Lattice
 from clew.explore.explorable import Breach
@@ -22,16 +22,18 @@ from clew.explore.judge import judge_world
 from clew.explore.moments import WORLD, Letter
 from clew.explore.store import Numbers, Snapshots
 from clew.explore.trails import Trails
-from protocol.fence import Change, Fence, Raise, Release, Stop, Turn
+from clew.rehearsal.mail import event_for_robot, event_for_world
+from protocol.fence import Fence
 from protocol.frames import Pose
 from protocol.timeline import Record
-from protocol.wire.messages import AheadState, BehindState, Drive, Message, Odometry, Scan, ScanQuery
-from protocol.wire.view import Answer, Formation, Plea, Report
+from protocol.wire.messages import Drive, Message, ScanQuery
+from protocol.wire.view import Formation
 from world.bodies.arena import TICK_S
 from world.commands import Command as WorldCommand
 from world.commands import Note, ServeScan, TellOdometry
 from world.core import World
-from world.events import FencePut, OrderHeard, ScanAsked, TokenCame, TokenWent
+from world.events import Event as WorldEvent
+from world.events import TokenCame, TokenWent
 
 
 class Core(Protocol):
@@ -231,40 +233,26 @@ def _handled(core: Core, event: RobotEvent, now_s: float) -> list[RobotCommand]:
 
 def to_robot(thing: Thing, letter: Letter) -> RobotEvent:
     """The event that a letter is for a robot's core."""
-    match thing:
-        case Odometry():
-            return OdometryHeard(thing)
-        case Scan():
-            return ScanHeard(thing)
-        case AheadState() | BehindState():
-            return LinkHeard(letter.sender, letter.number, thing)
-        case Report() | Answer() | Formation() | Plea():
-            return ViewHeard(letter.sender, letter.number, thing)
-        case TokenSeen() | TokenMissed() | TokensWatched():
-            return thing
-        case _:
-            raise AssertionError(f"no message for a robot: {thing}")
+    if isinstance(thing, TokenSeen | TokenMissed | TokensWatched):
+        return thing
+    event = event_for_robot(thing, letter.sender, letter.number)
+    assert event is not None, f"no message for a robot: {thing}"
+    return event
 
 
 def act(world: World, thing: Thing, sender: int) -> list[WorldCommand]:
     """Let the world process what has arrived, or let time pass."""
-    wall_s = world.now_s
     match thing:
-        case Drive():
-            return world.handle(OrderHeard(sender, thing), wall_s=wall_s)
-        case ScanQuery(revolutions=revolutions):
-            return world.handle(ScanAsked(sender, revolutions), wall_s=wall_s)
-        case Raise() | Turn() | Stop() | Release():
-            change: Change = thing
-            return world.handle(FencePut(sender, change), wall_s=wall_s)
-        case TokenCame() | TokenWent():
-            return world.handle(thing, wall_s=wall_s)
         case Restart():
-            return world.restart(wall_s=wall_s)
+            return world.restart(wall_s=world.now_s)
         case Tick():
             return _pass_time(world)
+        case TokenCame() | TokenWent():
+            event: WorldEvent | None = thing
         case _:
-            raise AssertionError(f"no message for the world: {thing}")
+            event = event_for_world(thing, sender)
+    assert event is not None, f"no message for the world: {thing}"
+    return world.handle(event, wall_s=world.now_s)
 
 
 def _pass_time(world: World) -> list[WorldCommand]:

@@ -1,4 +1,4 @@
-"""A message on the network of a rehearsal: its key, and the event that it becomes at the receiver."""
+"""A message on the network of a rehearsal, and the event that a message becomes at its receiver."""
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -6,7 +6,7 @@ from msgspec.structs import replace
 from agents.events import Event as RobotEvent
 from agents.events import LinkHeard, OdometryHeard, ScanHeard, ViewHeard
 from protocol.faults.damage import Damage
-from protocol.fence import Raise, Turn
+from protocol.fence import Raise, Release, Stop, Turn
 from protocol.wire.codec import decode, encode
 from protocol.wire.messages import AheadState, BehindState, Drive, Message, Odometry, Scan, ScanQuery
 from protocol.wire.view import Answer, Formation, Plea, Report
@@ -44,28 +44,30 @@ class Mail(Struct, frozen=True, gc=False):
         number, message = decode(damage.apply(encode(self.message, self.number)))
         return replace(self, number=number, message=message)
 
-    def to_robot(self) -> RobotEvent | None:
-        """The event for a robot; None for messages that robots do not receive."""
-        match self.message:
-            case Odometry() as odometry:
-                return OdometryHeard(odometry)
-            case Scan() as scan:
-                return ScanHeard(scan)
-            case AheadState() | BehindState() as state:
-                return LinkHeard(self.sender, self.number, state)
-            case Report() | Answer() | Formation() | Plea() as said:
-                return ViewHeard(self.sender, self.number, said)
-            case _:
-                return None
 
-    def to_world(self) -> WorldEvent | None:
-        """The event for the world; None for messages that the world does not receive."""
-        match self.message:
-            case Drive() as drive:
-                return OrderHeard(self.sender, drive)
-            case Raise() | Turn() as change:
-                return FencePut(self.sender, change)
-            case ScanQuery(revolutions=revolutions):
-                return ScanAsked(self.sender, revolutions)
-            case _:
-                return None
+def event_for_robot(message: Message, sender: int, number: int) -> RobotEvent | None:
+    """The event for a robot; None for messages that robots do not receive."""
+    match message:
+        case Odometry():
+            return OdometryHeard(message)
+        case Scan():
+            return ScanHeard(message)
+        case AheadState() | BehindState():
+            return LinkHeard(sender, number, message)
+        case Report() | Answer() | Formation() | Plea():
+            return ViewHeard(sender, number, message)
+        case _:
+            return None
+
+
+def event_for_world(message: Message, sender: int) -> WorldEvent | None:
+    """The event for the world; None for messages that the world does not receive."""
+    match message:
+        case Drive():
+            return OrderHeard(sender, message)
+        case Raise() | Turn() | Stop() | Release():
+            return FencePut(sender, message)
+        case ScanQuery(revolutions=revolutions):
+            return ScanAsked(sender, revolutions)
+        case _:
+            return None

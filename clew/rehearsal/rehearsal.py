@@ -26,7 +26,7 @@ from agents.process.watching import watched_by
 from clew.rehearsal.actor import Actor, Arrival, Desk
 from clew.rehearsal.exchange import Exchange
 from clew.rehearsal.logbook import Logbook
-from clew.rehearsal.mail import Mail
+from clew.rehearsal.mail import Mail, event_for_robot, event_for_world
 from clew.rehearsal.processes import Processes, check_rehearsable
 from clew.rehearsal.token_events import TokenEvent, key_of, to_robot, to_world
 from clew.rehearsal.tokens import Seen
@@ -225,7 +225,9 @@ class Rehearsal:
             return
         if isinstance(to, Actor):
             self._give(to, arrival)
-        elif (mail := self._undamaged(to, arrival)) is not None and (event := mail.to_world()) is not None:
+        elif (mail := self._undamaged(to, arrival)) is not None and (
+            event := event_for_world(mail.message, mail.sender)
+        ) is not None:
             self._tell_world(event)
 
     def _undamaged(self, to: Actor | Desk, arrival: Arrival) -> Mail | None:
@@ -295,7 +297,7 @@ class Rehearsal:
     def _read(self, actor: Actor, item: Arrival | RobotEvent | Given) -> Given | None:
         if isinstance(item, Arrival):
             mail = self._undamaged(actor, item)
-            event = None if mail is None else mail.to_robot()
+            event = None if mail is None else event_for_robot(mail.message, mail.sender, mail.number)
             return None if mail is None or event is None else Given(event, mail.key, mail.number)
         if isinstance(item, TokenEvent):
             return Given(item, key_of(item), 0)
