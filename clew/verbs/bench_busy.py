@@ -15,7 +15,7 @@ import msgspec
 from clew.fleet.live import run_fleet
 from clew.verbs.bench_said import begin
 from clew.verbs.options import AS_JSON, FiniteRange, robots_option
-from clew.verbs.say import console
+from clew.verbs.say import console, numbers_table
 from protocol.exit_codes import ExitCode
 from protocol.files.toml_text import toml_text
 from protocol.process.asked import terminable
@@ -100,10 +100,7 @@ def _run(arguments: list[str], out: Path, seed: int) -> "BusyRun":
 
 
 def _print(figures: "BusyFigures") -> None:
-    from rich.table import Table
-
-    table = Table(title=f"Live fleets beside {figures.busy} busy processes on {figures.cores} cores")
-    for column in (
+    columns = (
         "run",
         "robots",
         "arrived",
@@ -113,8 +110,10 @@ def _print(figures: "BusyFigures") -> None:
         "wall [s]",
         "speed",
         "in all [s]",
-    ):
-        table.add_column(column, justify="right")
+    )
+    table = numbers_table(
+        *columns, title=f"Live fleets beside {figures.busy} busy processes on {figures.cores} cores"
+    )
     for number, run in enumerate(figures.runs, start=1):
         table.add_row(
             f"{number}",

@@ -7,7 +7,7 @@ import click
 
 from clew.verbs.bench_said import begin
 from clew.verbs.options import AS_JSON
-from clew.verbs.say import console
+from clew.verbs.say import console, numbers_table
 from protocol.exit_codes import ExitCode
 from protocol.frames import ROBOTS_MAX
 
@@ -40,13 +40,11 @@ def forming_(ctx: click.Context, fleets: tuple[int, ...], *, as_json: bool) -> N
 
 
 def _print(rows: "list[Forming]") -> None:
-    from rich.table import Table
-
     from clew.bench.forming import BOUND_CPU_S, BOUND_ROBOTS
 
-    table = Table(title=f"Queues until formed; bound: {BOUND_ROBOTS} robots in {BOUND_CPU_S:g} CPU s")
-    for column in ("robots", "formed at [s]", "CPU [s]", "messages per robot", "of the coordinator"):
-        table.add_column(column, justify="right")
+    columns = ("robots", "formed at [s]", "CPU [s]", "messages per robot", "of the coordinator")
+    title = f"Queues until formed; bound: {BOUND_ROBOTS} robots in {BOUND_CPU_S:g} CPU s"
+    table = numbers_table(*columns, title=title)
     for row in rows:
         table.add_row(
             f"{row.robots}",

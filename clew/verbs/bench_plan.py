@@ -11,7 +11,7 @@ import msgspec
 from clew.verbs.bench_said import begin, print_figures
 from clew.verbs.extras import install_line
 from clew.verbs.options import AS_JSON, runs_option
-from clew.verbs.say import warn
+from clew.verbs.say import numbers_table, warn
 from protocol.errors import UsageError
 from protocol.files.reading import understand
 from protocol.mission import RAYS_MAX
@@ -156,12 +156,9 @@ def _fields() -> "Iterator[tuple[str, Scenario]]":
 
 def _print(found: "PlanFigures") -> None:
     from rich.console import Console
-    from rich.table import Table
 
-    table = Table(title=f"{found.plans} plans of {len(found.scenes)} scenes [ms]")
-    table.add_column("")
-    for column in ("median", "90 %", "longest"):
-        table.add_column(column, justify="right")
+    title = f"{found.plans} plans of {len(found.scenes)} scenes [ms]"
+    table = numbers_table("", "median", "90 %", "longest", left=("",), title=title)
     parts = {f"  {part}": spread for part, spread in found.parts_cpu.items()}
     rows = {
         "plan, wall": found.plan_wall,

@@ -13,7 +13,7 @@ import msgspec
 from clew.fleet.folder import RUNS, make_folder
 from clew.fleet.live import run_fleet
 from clew.verbs.options import AS_JSON, SEED, SPEED, runs_option, wall_s_max
-from clew.verbs.say import console, say, warn
+from clew.verbs.say import console, numbers_table, say, warn
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.files.writing import make_folder as make_private
@@ -127,12 +127,9 @@ def _print(result: "Chaos", folder: Path) -> None:
 
 
 def _table(runs: "Sequence[ChaosRun]") -> "Table":
-    from rich.table import Table
-
     counts = ("arrived", "broken", "sent", "injected", "refused", "lost")
-    drawn = Table("seed", "faults", *counts, "log", "left", "sim, s", "wall, s", "load")
-    for column in (drawn.columns[0], *drawn.columns[2:]):
-        column.justify = "right"
+    rest = ("log", "left", "sim, s", "wall, s", "load")
+    drawn = numbers_table("seed", "faults", *counts, *rest, left=("faults",))
     for run in runs:
         books = run.messages
         told = ("-",) * 4

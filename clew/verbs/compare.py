@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from clew.verbs.options import AS_JSON
-from clew.verbs.say import console, say, say_json, warn
+from clew.verbs.say import console, numbers_table, say, say_json, warn
 from protocol.errors import UsageError
 
 if TYPE_CHECKING:
@@ -79,12 +79,10 @@ def _read(folder: Path) -> "tuple[tuple[Outcome, ...], Asked]":
 
 
 def _table(measures: "Iterable[Compared]") -> "Table":
-    from rich.table import Table
     from rich.text import Text  # [s] in a plain text would be markup
 
-    drawn = Table("measure", "pairs", "counted", "A", "B", "B - A", "95 % from", "to")
-    for column in drawn.columns[1:]:
-        column.justify = "right"
+    columns = ("pairs", "counted", "A", "B", "B - A", "95 % from", "to")
+    drawn = numbers_table("measure", *columns, left=("measure",))
     for each in measures:
         name, per_si = SHOWN[each.measure]
         values = (

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import click
 
 from clew.verbs.options import AS_JSON, FiniteRange, Word, robots_option
-from clew.verbs.say import console, say_json, warn
+from clew.verbs.say import console, numbers_table, say_json, warn
 from protocol.exit_codes import ExitCode
 
 if TYPE_CHECKING:
@@ -127,12 +127,11 @@ def _sentence(each: "Round") -> str:
 
 
 def _table(setting: "Setting", done: "list[Round]") -> "Table":
-    from rich.table import Table
-
     from clew.explore.search import Ended
 
-    drawn = Table(
+    drawn = numbers_table(
         "faults at most", "schedules", "states", "transitions", "depth", "ended", "CPU, s",
+        left=("ended", "CPU, s"),
         title=f"{setting.name}: {setting.about}; faults in {setting.deliveries} deliveries",
     )  # fmt: skip
     for each in done:
@@ -147,6 +146,4 @@ def _table(setting: "Setting", done: "list[Round]") -> "Table":
             str(explored.ended),
             f"{each.cpu_s:.1f}",
         )
-    for column in drawn.columns[:5]:
-        column.justify = "right"
     return drawn

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import click
 
 from clew.verbs.options import AS_JSON, FiniteRange
-from clew.verbs.say import console, say_json
+from clew.verbs.say import console, numbers_table, say_json
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 
@@ -92,11 +92,8 @@ def _compare(chosen: "list[Mutant]", trials: int, cpu_s_max: float) -> "Comparis
 
 def _comparison_table(comparison: "Comparison") -> "Table":
     """The medians of all mutants, guided and uniform."""
-    from rich.table import Table
-
-    drawn = Table("mutant", "seeds", "uniform", "times", "CPU, s", "uniform", "times", "caught")
-    for column in drawn.columns[1:]:
-        column.justify = "right"
+    columns = ("seeds", "uniform", "times", "CPU, s", "uniform", "times", "caught")
+    drawn = numbers_table("mutant", *columns, left=("mutant",))
     for each in comparison.mutants:
         guided, uniform = each.guided, each.uniform
         drawn.add_row(
@@ -127,14 +124,11 @@ def _sentence(caught: "Caught") -> str:
 
 
 def _table(results: "list[Caught]") -> "Table":
-    from rich.table import Table
-
     from clew.campaign.mutants_list import MUTANTS
 
     rules = {mutant.name: mutant.rule for mutant in MUTANTS}
-    drawn = Table("mutant", "rule that it breaks", "caught by", "after seeds", "of", "CPU, s")
-    for column in drawn.columns[3:]:
-        column.justify = "right"
+    words = ("mutant", "rule that it breaks", "caught by")
+    drawn = numbers_table(*words, "after seeds", "of", "CPU, s", left=words)
     for each in results:
         drawn.add_row(
             each.mutant,

@@ -10,6 +10,7 @@ from protocol.plain import plain
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
 
 PIPE_COLUMNS = 140  # a table's width where stdout is no terminal
 
@@ -34,3 +35,12 @@ def console() -> "Console":
     from rich.console import Console
 
     return Console() if sys.stdout.isatty() else Console(width=PIPE_COLUMNS)
+
+
+def numbers_table(*columns: str, left: tuple[str, ...] = (), title: str | None = None) -> "Table":
+    """A table of numbers; `left`: the columns that hold words."""
+    from rich.table import Column, Table
+
+    return Table(
+        *(Column(each, justify="left" if each in left else "right") for each in columns), title=title
+    )
