@@ -61,9 +61,9 @@ class Senses:
         """Ask for a scan, unless just asked."""
         if not is_due(last_s=self._asked_at_s, every_s=RETRY_S, now_s=now_s):
             return []
-        periods = 1 if self._is_answered else int((now_s - self._asked_at_s) / RETRY_S)  # rule 4
+        missed_s = 0.0 if self._is_answered else min(now_s - self._asked_at_s, MADE_UP_MAX * RETRY_S)
         self._asked_at_s, self._is_answered = now_s, False
-        return [AskScan(self._revolutions)] * max(1, min(periods, MADE_UP_MAX))
+        return [AskScan(self._revolutions)] * max(1, int(missed_s / RETRY_S))  # rule 4
 
     def look(self, now_s: float) -> list[Command]:
         """Ask for a scan even if a query is pending: where obstacles move, a robot scans while it drives."""

@@ -54,6 +54,8 @@ class ChaosRun(Struct, frozen=True, kw_only=True):
     arrived: bool
     """Whether all robots arrived that were alive at the end and have no permanent fault."""
     robots_arrived: int
+    had_to_recover: bool
+    """Whether rule 3 applies: its faults end, and so did the run, not by a request from outside."""
     not_recovered: str | None
     """What the fleet failed to do after its faults, though it had a way (rule 3); null: nothing."""
     process_faults: dict[str, int]
@@ -88,7 +90,7 @@ class Chaos(Struct, frozen=True, kw_only=True):
     leftovers: int
     not_arrived: int
     liveness_runs: int
-    """The runs whose faults end, except for permanent ones: these must recover."""
+    """The runs that had to recover (rule 3)."""
     not_recovered: int
     messages_sent: int
     messages_unaccounted: int
@@ -122,6 +124,7 @@ def judge_run(swarm: Swarm, folder: Path, ended: Ended, *, replay: str, load: fl
         reason=said if verdict is None else verdict.reason,
         arrived=fleet is not None and has_arrived(fleet, entries, outside=swarm.outside),
         robots_arrived=0 if verdict is None else verdict.robots_arrived,
+        had_to_recover=fleet is not None and swarm.mode is Mode.LIVENESS,
         not_recovered=None if fleet is None else not_recovered(fleet, entries, swarm),
         process_faults={} if timeline is None else process_faults_in(timeline),
         violations=0 if verdict is None else verdict.violations,
@@ -239,7 +242,7 @@ def sum_up(runs: Sequence[ChaosRun], *, asked: int, speed: str, interrupted: boo
         unbalanced=len(runs) - sum(map(is_balanced, books)),
         leftovers=sum(len(run.leftovers) for run in runs),
         not_arrived=sum(not run.arrived for run in runs),
-        liveness_runs=sum(run.mode == Mode.LIVENESS for run in runs),
+        liveness_runs=sum(run.had_to_recover for run in runs),
         not_recovered=sum(run.not_recovered is not None for run in runs),
         messages_sent=sum(each.sent for each in books),
         messages_unaccounted=sum(each.unaccounted for each in books),
