@@ -83,12 +83,10 @@ def test_is_never_live(clew_fleet):
 def elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The Python of a fresh environment, in which this checkout is installed by pip.
 
-    What we need of others, pip too, is taken from our own environment: tests download nothing.
+    What we need of others is taken from our own environment, but for pip, which uv leaves out of that.
     """
     folder = tmp_path_factory.mktemp("elsewhere")
-    subprocess.run(
-        [sys.executable, "-m", "venv", "--without-pip", folder / "env"], timeout=DEADLINE_S, check=True
-    )
+    subprocess.run([sys.executable, "-m", "venv", folder / "env"], timeout=DEADLINE_S, check=True)
     python = folder / "env" / "bin" / "python"
     [packages] = (folder / "env").glob("lib/python*/site-packages")
     (packages / "ours.pth").write_text(f"{sysconfig.get_path('purelib')}\n", encoding="utf-8")

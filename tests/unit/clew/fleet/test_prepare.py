@@ -85,7 +85,7 @@ def test_robots_keep_as_much_of_their_inputs_as_was_asked(
     ("arguments", "complaint"),
     [
         (["-n", "0"], "Invalid value for '-n' / '--robots': 0 is not in the range"),
-        (["-n", "many"], "'many' is not a valid integer range"),
+        (["-n", "many"], "'many' is not an integer"),
         (["--seed", "-1"], "Invalid value for '--seed'"),
         (["--speed", "0"], r"must be max or a number in \(0, 1000\], got 0"),
         (["--speed", "nan"], "got nan"),
