@@ -10,7 +10,7 @@ case ${1-} in
 Usage: launch/test.sh [--long] [PYTEST ARGUMENTS]
 
   Checks lint, format, types, shell scripts and the tests, with an environment of its own (.venv; a minute or two
-  the first time). It takes seven to twelve minutes on two cores, and exits with 0 if all is well, else with 1.
+  the first time). It takes five to ten minutes on two cores, and exits with 0 if all is well, else with 1.
 
   With --long, also the tests that show again what another one shows, with more seeds, robots or loss, and those
   that try the benchmarks: some six minutes more. Properties are then tried with three times as many.
