@@ -71,8 +71,7 @@ class Agreement:
     def turned(self, reports: Reports, *, turn: int) -> Plan | None:
         """The formation of a strand that turns round; None if the view is not for that, or lacks a robot."""
         turning = self.intent.turning
-        found = None if turning is None else turned_round(turning, reports)
-        if turning is None or found is None:
+        if turning is None or (found := turned_round(turning, reports)) is None:
             return None
         order, path, places_m = found
         back_by_m, driven = turning.turnabout.back_by_m, frozenset(order[1:])

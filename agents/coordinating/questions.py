@@ -110,8 +110,11 @@ class Questions:
             theirs, at = None if ahead is None else reports[ahead], reports[robot].place
             place = None if theirs is None else theirs.place
             asked = self._asked.get(robot)
-            is_known = asked is not None and (asked.turn == turn or self.sees(robot).driven)
-            if asked is not None and is_known and (asked.at, asked.question.place) == (at, place):
+            if (
+                asked is not None
+                and (asked.at, asked.question.place) == (at, place)
+                and (asked.turn == turn or self.sees(robot).driven)
+            ):
                 continue  # rule 1
             self._count += 1
             question = Question(

@@ -69,8 +69,7 @@ class Reported:
 
     def owes_place(self, robot: int, turns: Turns) -> bool:
         """Whether a robot's turn was in vain, and it has not reported since where it stands."""
-        report, put_for = self.counted[robot], turns.put_for(robot)
-        return report.ended < put_for and report.turn <= put_for
+        return self.counted[robot].ended < turns.put_for(robot) and bool(self.old({robot}, turns))
 
     def overdue(self, own: int, turns: Turns, now_s: float, *, after_s: float) -> list[int]:
         """The robots, but this one, whose places may be old and that have not been heard for so long."""
