@@ -19,7 +19,7 @@ import numpy as np
 from msgspec import Struct
 
 from clew.campaign.episode import drawn_plan_path
-from clew.campaign.liveness import AtEnd, arrived_together, just_killed, liveness_failure
+from clew.campaign.liveness import AtEnd, arrived_together, just_killed, liveness_failure, places_at
 from clew.fleet.live import Ended
 from clew.fleet.runs import verdict_in
 from clew.log.check import Finding, check
@@ -28,7 +28,7 @@ from clew.log.timeline import Timeline, read
 from clew.swarm.swarm import Mode, Swarm
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
-from protocol.timeline import FaultInjected, PoseSampled, RobotDied, RobotRestarted, RobotReturned, RunEnded
+from protocol.timeline import FaultInjected, RobotDied, RobotRestarted, RobotReturned, RunEnded
 from protocol.timeline.invariants import counted
 from world.judge.books import Messages
 from world.judge.ending import ASKED, Ending
@@ -177,7 +177,6 @@ def is_balanced(messages: Messages) -> bool:
 def fleet_in(timeline: Timeline, scenario: Scenario, *, untrue: frozenset[int]) -> AtEnd | None:
     """The fleet at the end of a log; None where the run did not begin, or not end by itself."""
     living = set(range(1, scenario.fleet.robots + 1))
-    places_m: dict[int, tuple[float, float]] = {}
     over_s = math.nan
     for _, entry in timeline.lines:
         match entry.record:
@@ -185,17 +184,16 @@ def fleet_in(timeline: Timeline, scenario: Scenario, *, untrue: frozenset[int]) 
                 living.discard(robot)
             case RobotReturned(robot=robot) | RobotRestarted(robot=robot):
                 living.add(robot)
-            case PoseSampled(robot=robot, x_m=x_m, y_m=y_m):
-                places_m[robot] = x_m, y_m
             case RunEnded():
                 over_s = entry.t_s
             case _:
                 pass
-    if len(places_m) < scenario.fleet.robots or timeline.ended in (None, *ASKED.values()):
+    places_m = places_at(timeline.lines, math.inf, np.full((scenario.fleet.robots, 2), math.nan))
+    if np.isnan(places_m).any() or timeline.ended in (None, *ASKED.values()):
         return None
     return AtEnd(
         scenario=scenario,
-        places_m=np.array([places_m[robot] for robot in sorted(places_m)]),
+        places_m=places_m,
         living=frozenset(living),
         untrue=untrue,
         ending=timeline.ended,
