@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from protocol.arrays import Floats
-from protocol.mission import DRIVE_SHARE, RAYS_MAX, Mission
+from protocol.mission import DRIVE_SHARE, Mission
 from protocol.sweep import TOUCHING_M
 
 LENGTHS = 8  # of legs tried
@@ -20,7 +20,7 @@ def leg_m_min(mission: Mission) -> float:
 
 def legs_m(mission: Mission) -> Floats:
     """The lengths (n,) of legs that a robot tries; none: it can join nowhere. Its closest look counts."""
-    rays = RAYS_MAX // mission.directions * mission.directions
+    rays = mission.closest_rays
     least_m, most_m = leg_m_min(mission), mission.leg_m_max - PLACE_SLACK_M
     lengths = np.linspace(least_m, most_m, LENGTHS if most_m >= least_m else 0)
     return lengths[[not hull_hides(length_m, rays, mission) for length_m in lengths.tolist()]]

@@ -151,13 +151,18 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
         )
 
     @property
+    def closest_rays(self) -> int:
+        """The rays of the closest look: of as many whole revolutions as a scan may have."""
+        return RAYS_MAX // self.directions * self.directions
+
+    @property
     def leg_m_max(self) -> float:
         """The longest way between neighbours in a strand that forms: what a robot sees, and may lag.
 
         The closest look from one end is sure of all that is nearer to the way than a robot keeps, up to
         beside its far end.
         """
-        share = self.sure_share_in(RAYS_MAX // self.directions * self.directions)
+        share = self.sure_share_in(self.closest_rays)
         sure_m = share * (self.range_m_max - self.range_error_m_max)
         seen_m = math.sqrt(max(0.0, sure_m**2 - self.obstacle_keep_m**2))
         return min(self.link_length_m_max, seen_m)

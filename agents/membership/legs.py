@@ -7,7 +7,7 @@ from agents.navigation.scan import View, on_discs
 from agents.navigation.sure import closer
 from protocol.arrays import Flags, Floats, distances_to_segments
 from protocol.legs import hull_hides
-from protocol.mission import RAYS_MAX, Mission
+from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
 
 
@@ -27,7 +27,7 @@ def leg_needs_closer_look(seen: View, ahead: Floats, mission: Mission) -> bool:
     """Whether only what the scan may have missed blocks that way, and a closer look may show it."""
     return (
         closer(mission, len(seen.ranges_m)) is not None
-        and _leg_may_be_clear(seen, ahead, mission, rays=RAYS_MAX)
+        and _leg_may_be_clear(seen, ahead, mission, rays=mission.closest_rays)
         and (is_unsure_of_leg(seen, ahead, mission) or leg_is_certain(seen, ahead, mission))
         and not leg_is_clear(seen, ahead, mission)
     )

@@ -1,5 +1,6 @@
 """Where all the other robots stand while one joins, and the places at the end of the strand. Pure."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -7,7 +8,6 @@ import numpy as np
 
 from agents.membership.legs import on_ways
 from agents.navigation.leg import certain_clearance_m_min
-from agents.navigation.sure import CLOSER
 from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart, unit_vectors
 from protocol.legs import PLACE_SLACK_M, legs_m
 from protocol.mission import Mission
@@ -15,7 +15,8 @@ from protocol.sweep import TOUCHING_M
 
 BEARINGS = 72  # of places tried around the robot ahead: 9 cm apart at 1 m, as fine as what the leg keeps
 BEARINGS_RAD = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
-HIT_M = 0.002  # hits nearer to each other than this are remembered as one
+HIT_M = 0.002  # of a grid: hits in one square of it are remembered as one, in its middle
+HIT_OFF_M = HIT_M / math.sqrt(2.0)  # a hit is at most so far from where it is remembered
 HULL_CORNERS = 16  # a hull's outline for the grid: off by 2 % of its radius
 
 
@@ -67,28 +68,27 @@ def outlines(robots: Floats, mission: Mission) -> Floats:
 
 def places_behind(stands: Stands, hits: Floats, mission: Mission) -> Floats:
     """The places (n, 2) around the last robot in place that would do, as far as hits (m, 2) are known."""
-    ahead, rays = stands.strand[-1], mission.directions * mission.revolutions
+    ahead = stands.strand[-1]
     lengths = legs_m(mission)
     lines = ahead + lengths[:, None] * unit_vectors(BEARINGS_RAD)[:, None]
     keep_m = mission.robot_keep_m + PLACE_SLACK_M
     admitted = stands.admit(lines.reshape(-1, 2), keep_m).reshape(lines.shape[:2])
     some = [line[is_in] for line, is_in in zip(lines, admitted, strict=True) if is_in.any()]
-    places = np.concatenate([np.empty((0, 2)), *_open_places(ahead, some, hits, CLOSER * rays, mission)])
+    places = np.concatenate([np.empty((0, 2)), *_open_places(ahead, some, hits, mission)])
     others = np.concatenate([stands.strand[:-1], stands.waiting])
     reach_m = lengths.max(initial=0.0) + 2.0 * mission.robot_radius_m + mission.clear_m + PLACE_SLACK_M
     others = others[np.hypot(*(others - ahead).T) < reach_m]
     return places[~on_ways(outlines(others, mission), places, ahead, mission, slack_m=PLACE_SLACK_M)]
 
 
-def _open_places(
-    ahead: Floats, lines: Sequence[Floats], hits: Floats, rays: int, mission: Mission
-) -> Iterator[Floats]:
+def _open_places(ahead: Floats, lines: Sequence[Floats], hits: Floats, mission: Mission) -> Iterator[Floats]:
     """Of the places (n, 2) in each line from `ahead` (2,), those with a leg to it that keeps off hits (m, 2).
 
-    What may be hidden beside a hit lies along the ray to it, and one spacing beside it.
+    What the closest look may miss beside a hit lies along the ray to it, and one spacing beside it.
     """
+    rays = mission.closest_rays
     spacing_rad, share = 2.0 * np.pi / rays, mission.sure_share_in(rays)
-    least_m = mission.robot_radius_m + certain_clearance_m_min(mission) + 2.0 * HIT_M
+    least_m = mission.robot_radius_m + certain_clearance_m_min(mission) + HIT_OFF_M
     reach_m = mission.leg_m_max + mission.obstacle_keep_m + 1.0
     hits = hits[np.hypot(*(hits - ahead).T) < reach_m]
     hidden_m = mission.range_error_m_max + spacing_rad * (reach_m + mission.leg_m_max)

@@ -42,7 +42,7 @@ import numpy as np
 from agents.navigation.crossing import divided_m
 from agents.navigation.scan import View
 from protocol.arrays import Flags, Floats, of_next
-from protocol.mission import RAYS_MAX, Mission
+from protocol.mission import Mission
 
 LEAST_M = 1e-6  # so that a wall has a direction: at the sensor's own place it would forbid nothing
 CLOSER = 4  # factor for the revolutions of a closer look: what two rays can hide is a quarter then
@@ -50,8 +50,7 @@ CLOSER = 4  # factor for the revolutions of a closer look: what two rays can hid
 
 def closer(mission: Mission, rays: int) -> int | None:
     """The revolutions of a closer look than one with so many rays; None if there is no closer one."""
-    most = RAYS_MAX // mission.directions
-    revolutions = min(CLOSER * (rays // mission.directions), most)
+    revolutions = min(CLOSER * rays, mission.closest_rays) // mission.directions
     return revolutions if revolutions * mission.directions > rays else None
 
 
