@@ -11,13 +11,15 @@ Rule 3 (liveness): what is granted (`agents.strand.grants`), and all other news,
 Rule 4: the leader's handover goes from each robot to the one behind until that has acknowledged it.
 """
 
+import math
+
 from agents.commands import Command, Note
 from agents.events import LinkHeard
 from agents.strand.grants import Grants
 from agents.strand.growth import Growth
 from agents.strand.news import News, Own
 from agents.strand.plausible import WRONG_SIDE, refused, wrong_ahead, wrong_behind
-from protocol.arrays import Floats
+from protocol.arrays import Floats, xy
 from protocol.fence import Epoch
 from protocol.frames import Point
 from protocol.mission import Mission
@@ -116,9 +118,11 @@ class Strand:
     def counters(self) -> Counters:
         """The formation's; the counts since the strand has come on begin anew where it has.
 
-        It has by steps towards the goal of more than robots keep: locked in, they still creep by centimetres.
+        It has where steps towards the goal have led its leader further off than robots keep: locked in, a
+        leader still creeps by centimetres, and goes to and fro between two gaps that are a little too narrow.
         """
-        counters, come_on_m = self._formation.counters, self.path.end_m - self.laid_m
+        counters, path = self._formation.counters, self.path
+        come_on_m = math.dist(xy(path.at(self.laid_m)), xy(path.at(path.end_m)))
         has_come_on = come_on_m > self._mission.robot_keep_m and not self.back_by_m > 0.0
         return Counters(steps=counters.steps, heals=counters.heals) if has_come_on else counters
 
