@@ -150,7 +150,8 @@ class Membership:
         if member is None or not member.leads:
             return []
         if robot not in self.suspicion.suppressed(now_s):
-            self._pleas.hear(robot, now_s, stranded=plea.stranded, arrived=member.rests)
+            stranded = plea.stranded and not member.lets_lead(robot)
+            self._pleas.hear(robot, now_s, stranded=stranded, arrived=member.rests)
         return [Say(robot, Answer(epoch=plea.epoch, life=plea.life, heard=0, out=True))]
 
     # --- acting -------------------------------------------------------------------------------------

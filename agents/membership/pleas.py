@@ -5,7 +5,7 @@ Rule 1: a leader lets the same robot in again after a time that doubles, to a li
         others have moved out of the way, and before long the run is over for those that are left out.
 Rule 2: it proposes that view when it next stands, or after `STOP_S`.
 Rule 3: a robot for which no way was found says so until a body has moved, in later views, too. Only a leader
-        that has arrived lets it in then.
+        that has arrived lets it in then, or one that knows no way on, if the other has not led in vain.
 """
 
 from collections import Counter

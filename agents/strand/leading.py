@@ -73,6 +73,11 @@ class Leading:
         return self._arrived
 
     @property
+    def knows_no_way(self) -> bool:
+        """Whether it has found no step since its last one."""
+        return self._stuck_at_s < math.inf
+
+    @property
     def has_step(self) -> bool:
         """Whether a step is in hand."""
         return self._step is not None

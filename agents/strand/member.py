@@ -162,6 +162,12 @@ class Member:
             case _:
                 return counters
 
+    def lets_lead(self, robot: int) -> bool:
+        """Whether it leads, knows no way on, and a robot that is left out may: it has not led in vain."""
+        counters = self._strand.counters
+        in_vain = {*counters.led_in_vain, *counters.locked_in}
+        return self._leads and self._leading.knows_no_way and robot not in in_vain
+
     # --- what it does ---------------------------------------------------------------------------------
 
     def hear(self, heard: LinkHeard, now_s: float) -> list[Command]:

@@ -7,6 +7,8 @@ from msgspec.structs import replace
 
 from agents.coordinating.phases import Phase
 from agents.membership.states import State
+from agents.strand import leading
+from agents.strand.leader import NO_WAY, Leader
 from clew.explore.setting import SCATTERED, SETTINGS, Setting
 from protocol.fence import Cause, Epoch, May, Raise
 from protocol.frames import Pose
@@ -279,6 +281,26 @@ def test_a_robot_that_comes_back_in_a_dead_end_is_let_in_before_the_strand_has_c
     stage.heal()
     stage.run(lambda: stage.fence.may is May.ALL and stage.fence.members == 3, s_max=6.0)
     assert not [post for post in stage.sent(of(Answer, receiver=3)) if post.thing.stranded]
+
+
+@pytest.mark.parametrize("knows_no_way", [False, True])
+def test_a_robot_that_found_no_way_to_a_strand_is_let_in_by_a_leader_that_knows_none_on(
+    monkeypatch: pytest.MonkeyPatch, *, knows_no_way: bool
+) -> None:
+    """Found in front of a pocket in which a strand was locked: the one outside could have led on alone."""
+    stage = ViewStage.driving()
+    life = stage.processes[3].life
+    stage.kill(3)
+    stage.run(lambda: stage.fence.may is May.ALL and stage.fence.members == 2)
+    if knows_no_way:
+        monkeypatch.setattr(Leader, "plan", lambda *_, **__: NO_WAY)
+        monkeypatch.setattr(leading, "LEADERS_MAX", 0)  # so it wants no other robot of the strand to lead
+    stage.pass_s(3.0)
+    epoch = stage.fence.epoch
+    stage.post(Post(3, 1, 1, Plea(epoch=epoch, life=life, stranded=True)))
+    stage.pass_s(1.0)
+    causes = [each.cause for each in stage.records_of(ViewProposed, 1) if each.epoch > epoch.number]
+    assert causes == [Cause.PLEA] * knows_no_way
 
 
 def test_a_raise_that_was_lost_for_another_reason_does_not_keep_a_strand_from_turning_round() -> None:

@@ -254,6 +254,19 @@ def test_a_leader_without_a_way_hands_on_at_once_but_loses_the_route_only_when_a
     assert len(stage.records(RouteLost)) == (lost_after_s is not None)
 
 
+@pytest.mark.parametrize("step", [NO_WAY, Wait()])
+def test_a_leader_without_a_way_lets_those_lead_that_have_not_led_in_vain(
+    step: NoStep | Wait, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Leader, "plan", lambda *_, **__: step)
+    counters = Counters(led_in_vain=(1, 5), locked_in=(6,), heals=1)
+    stage = MemberStage(replace(MISSION, robots=6), row(3), ORDER, counters=counters)
+    assert not stage.leader.lets_lead(4), "it has not looked yet"
+    stage.run(2.0)
+    assert [robot for robot in (4, 5, 6) if stage.leader.lets_lead(robot)] == ([4] if step == NO_WAY else [])
+    assert not stage.members[2].lets_lead(4), "it does not lead"
+
+
 @pytest.mark.parametrize("heals", [0, 1])
 def test_after_a_loss_a_leader_counts_with_traces_of_bodies_in_its_map(
     heals: int, monkeypatch: pytest.MonkeyPatch
