@@ -371,24 +371,18 @@ def test_counts_since_the_strand_has_come_on_begin_anew_when_the_path_has_grown_
     assert strand.counters == Counters(steps=4)
 
 
-@pytest.mark.parametrize(
-    ("steps", "turns"),
-    [((0.9,), 2), ((1.1,), 0), ((0.9, -0.9, 0.9), 2)],
-    ids=["creeps", "goes", "to and fro"],
-)
+@pytest.mark.parametrize(("steps", "turns"), [([0.9], 2), ([1.1], 0), ([0.9, -0.9, 0.9], 2)])
 def test_a_strand_has_come_on_when_its_leader_stands_further_off_than_robots_keep(
-    steps: tuple[float, ...], turns: int
+    steps: list[float], turns: int
 ) -> None:
-    """Locked in, leaders still creep by centimetres; if each step were hope, no other robot would lead."""
-    path, keep_m = queue_path(ORDER, PLACES), MISSION.robot_keep_m
+    """Locked in, leaders still creep, or go to and fro; if that were hope, no other robot would lead."""
+    path, ways_m = queue_path(ORDER, PLACES), MISSION.robot_keep_m * np.array(steps)
     told = formation(2, ORDER, PLACES, {3: 2.0, 2: 1.0, 1: 0.0}, path, counters=Counters(turns=2))
     strand = Strand(2, told, path, MISSION, 0.0)
-    xs_m, ss_m = 3.0 + keep_m * np.cumsum(steps), 2.0 + keep_m * np.cumsum(np.abs(steps))
-    corners = [
-        Vertex(x_m=x_m, y_m=0.0, s_m=s_m) for x_m, s_m in zip(xs_m.tolist(), ss_m.tolist(), strict=True)
-    ]
-    strand.hear(LinkHeard(3, 1, ahead(path=tuple(corners))), 0.1)
-    assert strand.path.end_m == pytest.approx(ss_m[-1])
+    along = np.stack([3.0 + np.cumsum(ways_m), 2.0 + np.cumsum(np.abs(ways_m))], axis=-1).tolist()
+    corners = tuple(Vertex(x_m=x_m, y_m=0.0, s_m=s_m) for x_m, s_m in along)
+    strand.hear(LinkHeard(3, 1, ahead(path=corners)), 0.1)
+    assert strand.path.end_m == pytest.approx(corners[-1].s_m)
     assert strand.counters.turns == turns
 
 
