@@ -43,7 +43,7 @@ def spiral(chance: Generator, *, size_m: tuple[float, float], width_m: float, wa
         goal = centre
         centre = np.array([0.0 if left else -pitch_m / 2.0, 0.0])
         radius_m, left = radius_m - pitch_m / 2.0, not left
-    bearing_rad, mirror = chance.uniform(-math.pi, math.pi), chance.choice([-1.0, 1.0])
+    bearing_rad, mirror = chance.uniform(-math.pi, math.pi), float(chance.choice([-1.0, 1.0]))
     turned = _turn(np.vstack([_joined(outline), _joined(inline)[::-1], goal[None, :]]), bearing_rad, mirror)
     *wall, goal_m = rounded(turned + middle)
     return Built(size_m=(side_m, side_m), walls=[wall], entrance_y_m=side_m / 2.0, goal_m=goal_m)

@@ -46,6 +46,13 @@ def test_every_generated_part_matches_its_source(part: Part) -> None:
     assert part.path.read_text(encoding="utf-8") == part.current(), "run: python -m clew.manual"
 
 
+def test_no_description_in_a_schema_has_a_second_line() -> None:
+    """Python 3.13 takes the indentation off docstrings: what is generated would depend on the version."""
+    texts = [part.current() for part in PARTS if part.file.endswith(".json")]
+    assert texts
+    assert not [text for text in texts if "\\n" in text]
+
+
 @pytest.mark.parametrize(("name", "begins", "ends", "fields"), BY_HAND.values(), ids=BY_HAND)
 def test_every_table_written_by_hand_explains_exactly_the_fields_of_its_type(
     name: str, begins: str, ends: str, fields: tuple[str, ...]

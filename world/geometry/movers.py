@@ -57,8 +57,8 @@ class Movers:
 
     def places_m(self, t_s: float) -> Floats:
         """Their positions on their tracks, `(K, 2)` [world frame]."""
-        row, following = np.arange(len(self.names)), (self._tracks[:, :, 0] <= t_s).sum(axis=1)
-        last, following = self._tracks[row, np.maximum(following - 1, 0)], self._tracks[row, following]
+        row, ahead = np.arange(len(self.names)), (self._tracks[:, :, 0] <= t_s).sum(axis=1)
+        last, following = self._tracks[row, np.maximum(ahead - 1, 0)], self._tracks[row, ahead]
         leg_s = following[:, 0] - last[:, 0]  # 0 before a track begins, inf when it has ended
         share = (t_s - last[:, 0]) / np.where(leg_s > 0.0, leg_s, 1.0)
         return np.asarray(last[:, 1:] + share[:, None] * (following - last)[:, 1:])

@@ -23,10 +23,7 @@ class _Section(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class Fleet(_Section, frozen=True, kw_only=True):
-    """The robots and their places: `places` lists them, `start` and `spacing_m` make a queue, or random.
-
-    A queue extends backwards: robot k stands (k - 1) `spacing_m` behind `start`, against its heading.
-    """
+    """The robots and their places: `places` lists them, `start` and `spacing_m` make a queue, or random."""
 
     robots: Annotated[int, Meta(ge=1, le=ROBOTS_MAX, description="number of robots; `-n` overrides it")]
     robot_radius_m: Annotated[Length, Meta(description="m, radius of a robot's disc; 0 is a point")]
@@ -39,7 +36,8 @@ class Fleet(_Section, frozen=True, kw_only=True):
     ] = None
     start: Annotated[Place | None, Meta(description="place and heading of robot 1 in a queue")] = None
     spacing_m: Annotated[
-        SomeMetres | None, Meta(description="m, between centres along the queue, away from `start`")
+        SomeMetres | None,
+        Meta(description="m, robot k stands (k - 1) of these behind `start`, against its heading"),
     ] = None
     deployment: Annotated[
         Literal["random"] | None,

@@ -184,7 +184,7 @@ def seen_m(line: Line2D) -> float:
     if line.get_linestyle() == "None":
         inked[:] = True
     elif line.get_marker() != "None":
-        inked[line.get_markevery()] = True
+        inked[np.asarray(line.get_markevery())] = True
     return float(np.nanmin(np.where(inked, apart_m, np.inf)))
 
 
