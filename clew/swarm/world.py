@@ -4,6 +4,7 @@ Rule 1: in the open, passages are wide enough for a fleet to pass one dead body.
         are not, so `clew.campaign.liveness` must check whether there was a way.
 """
 
+import math
 from enum import StrEnum
 from typing import Any
 
@@ -25,6 +26,13 @@ CORRIDORS_M = (3.2, 2.2)  # four columns and three rows
 CORRIDOR_WIDTH_M = 0.6
 DIRECTIONS = 180  # in a small field as good as 360, at half the cost
 SHORT_RANGE_M = 1.2  # a leader that sees no further drives into a pocket
+OTHER_SEPARATIONS_M = (0.02, 0.1)  # less and more than epsilon
+OTHER_SEPARATION = 0.2  # of all seeds
+WALKER = 0.2  # of the seeds with a walker where one is allowed
+WALKER_M = 0.2  # the radius of a person, as in `launch/scenarios/pedestrian.toml`
+WALKER_AWAY_M = 1.0  # from every robot, at first
+WALKER_MPS = (0.1, 0.4)  # slower than the robots
+WALKER_PAUSE_S = (0.1, 3.0)
 SOURCE = "swarm"
 
 
@@ -42,26 +50,63 @@ class Ground(StrEnum):
 SHARES = (Ground.OPEN,) * 6 + (Ground.SCATTERED,) * 7 + (Ground.CORRIDORS,) * 3 + (Ground.POCKET,) * 4
 
 
-def draw_world(seed: int, *, time_s_max: float, queue: bool = False) -> tuple[Ground, dict[str, Any]]:
-    """A world, as in a scenario file. With `queue` it is open and has the largest number of robots."""
+def draw_world(
+    seed: int, *, time_s_max: float, queue: bool = False, walkers: bool = False
+) -> tuple[Ground, dict[str, Any]]:
+    """A world, as in a scenario file.
+
+    Args:
+        seed: decides all that is drawn.
+        time_s_max: how long a run may last.
+        queue: whether it is to be open, and to have the largest number of robots.
+        walkers: whether somebody may walk about in it.
+    """
     draws = Draws(seed, "swarm/world")
     ground = Ground.OPEN if queue else draws.pick(SHARES)
     drawn = _draw_scene(ground, seed, draws)
     raw = as_scenario(drawn, SOURCE)
     raw["name"] = f"swarm-{seed}"
     raw["fleet"]["robots"] = ROBOTS[1] if queue else draws.whole(*ROBOTS)
+    if (margins := Draws(seed, "swarm/margins")).chance(OTHER_SEPARATION):
+        raw["fleet"]["separation_m"] = margins.pick(OTHER_SEPARATIONS_M)
     raw["sensor"]["directions"] = DIRECTIONS
     raw["time"]["time_s_max"] = time_s_max
     if ground is Ground.POCKET:
         raw["sensor"]["range_m_max"] = SHORT_RANGE_M
     if ground is Ground.SCATTERED:
         raw = deployed(raw | {"fleet": raw["fleet"] | {"deployment": "random"}}, seed=seed, source=SOURCE)
+    walks = Draws(seed, "swarm/walker")
+    if walkers and walks.chance(WALKER):
+        raw["moving"] = [_walker(raw, walks, time_s_max)]
     return ground, raw
 
 
 def as_loaded(raw: dict[str, Any]) -> Scenario:
     """The scenario, loaded as from a file."""
     return understand(raw, Scenario, SOURCE)
+
+
+def _walker(raw: dict[str, Any], draws: Draws, until_s: float) -> dict[str, Any]:
+    """Somebody who walks from place to place, and stops a while at each."""
+    bounds, speed_mps = raw["bounds"], draws.between(*WALKER_MPS)
+    robots = [(pose.x_m, pose.y_m) for pose in as_loaded(raw).fleet.poses()]
+
+    def place() -> tuple[float, float]:
+        return (
+            draws.between(bounds["x_m_min"] + WALKER_M, bounds["x_m_max"] - WALKER_M),
+            draws.between(bounds["y_m_min"] + WALKER_M, bounds["y_m_max"] - WALKER_M),
+        )
+
+    at, t_s = place(), 0.0
+    while any(math.dist(at, robot) < WALKER_AWAY_M for robot in robots):
+        at = place()
+    track = [(t_s, *at)]
+    while t_s < until_s:
+        to = place()
+        t_s = round(t_s + math.dist(at, to) / speed_mps + draws.between(*WALKER_PAUSE_S), 3)
+        at = to
+        track.append((t_s, *at))
+    return {"id": "walker", "shape": "circle", "radius_m": WALKER_M, "track": [list(each) for each in track]}
 
 
 def _draw_scene(ground: Ground, seed: int, draws: Draws) -> dict[str, Any]:

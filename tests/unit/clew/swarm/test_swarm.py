@@ -8,7 +8,7 @@ from clew.rehearsal.rehearsal import Rehearsal
 from clew.swarm.classes import ADVERSARY, FaultClass
 from clew.swarm.swarm import Mode, Swarm, draw
 from clew.swarm.window import SOON_S
-from clew.swarm.world import Ground
+from clew.swarm.world import OTHER_SEPARATIONS_M, Ground
 from protocol.faults.fit import check_fits
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Freeze, Kill, Partition, Restart, Slow
@@ -42,6 +42,18 @@ def test_every_class_ground_and_mode_is_drawn_and_each_class_is_off_in_some_seed
     assert set[FaultClass]().union(*(set(FaultClass) - mix for mix in mixes)) == set(FaultClass)
     assert {swarm.ground for swarm in drawn.values()} == set(Ground)
     assert {swarm.mode for swarm in drawn.values()} == set(Mode)
+
+
+def test_some_worlds_have_another_separation_and_a_walker_comes_only_where_nobody_has_to_arrive(
+    drawn: dict[int, Swarm],
+) -> None:
+    """Who walks in the way for good would excuse every fleet that does not arrive."""
+    separations_m = [swarm.scenario.fleet.separation_m for swarm in drawn.values()]
+    assert set(separations_m) == {0.05, *OTHER_SEPARATIONS_M}
+    assert separations_m.count(0.05) > len(separations_m) / 2
+    walked = [swarm for swarm in drawn.values() if swarm.scenario.moving]
+    assert 2 <= len(walked) < len(drawn) / 4
+    assert {swarm.mode for swarm in walked} == {Mode.SAFETY}
 
 
 def test_every_drawn_plan_fits_its_fleet(drawn: dict[int, Swarm]) -> None:
