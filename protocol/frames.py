@@ -16,6 +16,7 @@ Speed = Annotated[float, Meta(ge=0.0, le=SPEED_MPS_MAX)]
 Radians = Annotated[float, Meta(ge=-math.pi, le=math.pi)]
 Count = Annotated[int, Meta(ge=0, le=2**53)]  # 2**53: JSON readers keep integers exact up to here
 ROBOTS_MAX = 2000  # what a robot has sent to so many fits into one `robot.settled` of 33 kB
+VERTICES_MAX = 4000  # of a formation's path: not so many fit into its record
 FLEETS_MAX = 250  # on one ground: 1,000 robots as strands of four
 RobotId = Annotated[int, Meta(ge=1, le=ROBOTS_MAX)]
 RobotCount = Annotated[int, Meta(ge=0, le=ROBOTS_MAX)]  # also a rank: its reader may list so many robots

@@ -3,15 +3,16 @@
 Rule 1: a member acts only when it has all pieces: a robot that grants or leads must know all ground behind
         it.
 Rule 2: arc lengths are used as they are told, so that all members have the same ones.
+Rule 3: it keeps as many pieces as the longest path has, so a coordinator that lies fills no memory.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from protocol.frames import Vertex
+from protocol.frames import VERTICES_MAX, Vertex
 from protocol.path import THERE_M, Path
-from protocol.wire.view import Formation
+from protocol.wire.view import PIECE_VERTICES_MAX, Formation
 
 
 class Assembly:
@@ -22,7 +23,8 @@ class Assembly:
 
     def add(self, piece: Formation) -> None:
         """Take in a piece of this epoch's formation for this life: there is one (F4)."""
-        self._pieces[piece.first] = piece
+        if piece.first in range(0, VERTICES_MAX, PIECE_VERTICES_MAX):  # rule 3
+            self._pieces[piece.first] = piece
 
     @property
     def whole(self) -> tuple[Formation, Path] | None:

@@ -5,7 +5,17 @@ from typing import Annotated
 from msgspec import Meta
 
 from protocol.fence import Cause, May
-from protocol.frames import ROBOTS_MAX, Count, Length, Metres, Point, RobotCount, RobotId, Seconds
+from protocol.frames import (
+    ROBOTS_MAX,
+    VERTICES_MAX,
+    Count,
+    Length,
+    Metres,
+    Point,
+    RobotCount,
+    RobotId,
+    Seconds,
+)
 from protocol.timeline.base import Kind, LifeText, Robot, Text
 
 
@@ -56,7 +66,9 @@ class StrandFormed(Kind, frozen=True, kw_only=True, tag="strand.formed"):
     places_m: Annotated[
         tuple[Length, ...], Meta(max_length=ROBOTS_MAX, description="where each stands along the path")
     ]
-    laid: Annotated[tuple[Point, ...], Meta(max_length=4000, description="the path's corners, tail first")]
+    laid: Annotated[
+        tuple[Point, ...], Meta(max_length=VERTICES_MAX, description="the path's corners, tail first")
+    ]
     driven: Annotated[
         tuple[bool, ...], Meta(max_length=ROBOTS_MAX, description="whether each one's leg has been driven")
     ]

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from agents.coordinating.formation import Plan, lay_path
 from agents.membership.assembly import Assembly, is_path
 from protocol.fence import Epoch
-from protocol.frames import Point, Pose, Vertex
+from protocol.frames import VERTICES_MAX, Point, Pose, Vertex
 from protocol.path import Path
 from protocol.wire.view import PIECE_VERTICES_MAX
 
@@ -177,3 +177,11 @@ def test_nothing_is_whole_before_anything_has_come() -> None:
     assert assembly.whole is None
     assembly.add(LONG.pieces(2)[1])
     assert assembly.whole is None, "the first piece is missing"
+
+
+def test_a_coordinator_that_lies_fills_no_more_memory_than_the_longest_path() -> None:
+    assembly = Assembly()
+    (piece,) = SHORT.pieces(2)
+    for first in range(0, 2 * VERTICES_MAX, PIECE_VERTICES_MAX // 2):
+        assembly.add(replace(piece, first=first))
+    assert len(assembly._pieces) <= 1 + VERTICES_MAX // PIECE_VERTICES_MAX
