@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agents.coordinating import formation
+from agents.membership import assembly
 from agents.membership.states import State
 from clew.explore.setting import QUEUE, SCATTERED
 from protocol.fence import Change, May
@@ -146,7 +147,8 @@ def test_whatever_becomes_of_the_letters_of_views_one_fence_says_who_moves_and_a
 @given(missing=st.sets(st.integers(0, 2), min_size=1))
 def test_a_member_without_all_pieces_gives_no_order(missing: set[int]) -> None:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(formation, "PIECE_VERTICES_MAX", 1)
+        for module in (formation, assembly):
+            patch.setattr(module, "PIECE_VERTICES_MAX", 1)
         stage = ViewStage.begun(BENT)
         stage.raised_by(3)
         stage.lose(lambda post: of(Formation, receiver=1)(post) and post.thing.first in missing)
