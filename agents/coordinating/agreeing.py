@@ -7,8 +7,8 @@ import numpy as np
 from msgspec.structs import replace
 
 from agents.commands import Command, Note
+from agents.coordinating.folding import Legs
 from agents.coordinating.formation import Plan, lay_path
-from agents.coordinating.legs import Legs
 from agents.coordinating.order import places_of, positions
 from agents.coordinating.turnabout import Turning, turned_round
 from protocol.arrays import distances_to_segments, xy

@@ -1,8 +1,8 @@
 """The strand that a coordinator drafts: its order, the robots in place, the next turn. Pure.
 
 Rule 1: two groups are in place. First, from the front on, the robots of the order that have a clear leg to
-        the robot ahead, as long as their strand does not fold back (`agents.coordinating.legs`). Then those
-        that came to a place by a turn.
+        the robot ahead, as long as their strand does not fold back (`agents.coordinating.folding`). Then
+        those that came to a place by a turn.
 Rule 2: the turn goes to the nearest robot that is not in place and has not had one in vain behind this very
         strand. Behind another one it may find a way. A draft that begins again with the same strand does not
         repeat what was in vain. Where all that are left had one in vain, the last of them is first: in a
@@ -22,7 +22,7 @@ from enum import Enum, auto
 
 import numpy as np
 
-from agents.coordinating.legs import line_of, robots_in_place
+from agents.coordinating.folding import line_of, robots_in_place
 from agents.coordinating.order import (
     former_order,
     in_front,

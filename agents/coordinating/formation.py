@@ -26,7 +26,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from agents.coordinating.legs import Legs
+from agents.coordinating.folding import Legs
 from protocol.fence import Epoch
 from protocol.frames import Point, Pose
 from protocol.mission import Bounds

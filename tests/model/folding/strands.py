@@ -10,7 +10,7 @@ Rule 2 (claim): a robot drives on if the way there is not near to the ground fro
 Rule 3 (no strand folds back): when it forms, no two robots that follow each other are near, nor two legs that
         do not, nor an end of the strand and a leg but its own.
 
-In the product rules 1 and 2 are `protocol/wire/authority.py`, and rule 3 is `agents/coordinating/legs.py`.
+In the product rules 1 and 2 are `protocol/wire/authority.py`, and rule 3 is `agents/coordinating/folding.py`.
 """
 
 from collections.abc import Iterator

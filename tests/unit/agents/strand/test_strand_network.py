@@ -145,7 +145,7 @@ def test_robots_of_a_strand_that_bends_back_keep_their_distance_on_a_path_that_l
     between: tuple[int, int],
     actions: list[tuple[str, float, float]],
 ) -> None:
-    """Where legs were driven, robots may be so near (`agents.coordinating.legs`, rule 2).
+    """Where legs were driven, robots may be so near (`agents.coordinating.folding`, rule 2).
 
     Where a strand has turned round, the path leads on over ground on which no robot was at the end.
     """

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.coordinating.legs import folds_back, line_of, robots_apart
+from agents.coordinating.folding import folds_back, line_of, robots_apart
 from protocol.frames import Point, Pose
 
 LEAST_M = 0.25
