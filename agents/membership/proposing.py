@@ -3,7 +3,7 @@
 Rule 1: where no robot coordinates, any robot proposes a view.
 Rule 2: a bound robot proposes one when its coordinator is lost: its token has gone, it is silent, or it does
         nothing though nobody moves.
-Rule 3: a member proposes one for what it wishes (`Member.wish`), for a neighbour that is lost, and, if
+Rule 3: a member proposes one for its own reason (`Member.reason`), for a neighbour that is lost, and, if
         it leads, for a robot that asks to be let in. A leader without a way on lets such a robot in first: it
         may be what stands in the way.
 Rule 4: a robot that is left out, and has no answer from the leader, proposes one as an outsider; where no
@@ -67,13 +67,13 @@ class Proposing:
 
     def intent(self, member: Member | None, neighbours: Mapping[int, Point]) -> Intent:
         """What this robot has proposed the newest view for; to be asked before it leaves its strand."""
-        reason, wish = self._raising.reason, None if member is None else member.wish
-        intent = Intent(Cause.START if reason is None else reason.cause, self._led_by, neighbours)
-        if member is None or wish is None or wish.turnabout is None or wish.cause is not intent.cause:
+        proposed, reason = self._raising.reason, None if member is None else member.reason
+        intent = Intent(Cause.START if proposed is None else proposed.cause, self._led_by, neighbours)
+        if member is None or reason is None or reason.turnabout is None or reason.cause is not intent.cause:
             return intent
         formation = member.formation
         return replace(
-            intent, turning=Turning(wish.turnabout, formation.epoch, formation.members, member.path)
+            intent, turning=Turning(reason.turnabout, formation.epoch, formation.members, member.path)
         )
 
     def act(
@@ -106,9 +106,9 @@ class Proposing:
         self, member: Member, odometry: Odometry, reporter: Reporter | None, now_s: float
     ) -> Reason | None:
         """Rule 3."""
-        wish, plea = member.wish, self._pleas.reason(now_s, stands=not odometry.moving)
-        if wish is not None and (plea is None or wish.cause not in {Cause.DEAD_END, Cause.NO_WAY}):
-            return wish
+        own, plea = member.reason, self._pleas.reason(now_s, stands=not odometry.moving)
+        if own is not None and (plea is None or own.cause not in {Cause.DEAD_END, Cause.NO_WAY}):
+            return own
         all_wait = not member.arrived and odometry.stood_s > self._timing.stood_s
         named_s = -math.inf if reporter is None else reporter.formed_s
         for link in member.strand.links:

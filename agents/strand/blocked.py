@@ -1,4 +1,4 @@
-"""When a robot's way in the strand counts as blocked, and what it wants then. Liveness.
+"""When a robot's way in the strand counts as blocked: a reason for a new view. Liveness.
 
 Rule 1: a robot whose way has been blocked for too long wants the strand to dissolve: by what it sees, or by
         robots behind it that have come to stand. One that waits for the robot behind is not blocked. A block
@@ -40,7 +40,7 @@ class Blocked:
         return dissolved > DISSOLVED_MAX or (is_blocked and dissolved == DISSOLVED_MAX)
 
     @property
-    def wish(self) -> Reason:
-        """What it wants when it is blocked."""
+    def reason(self) -> Reason:
+        """Why it wants a new view when it is blocked."""
         robot = self._strand.robot
         return Reason(Cause.BLOCKED, f"the way of robot {robot} is blocked", about=robot)

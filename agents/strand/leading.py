@@ -60,12 +60,12 @@ class Leading:
         self._plans_again_s = -math.inf
         self._waits = False  # for the strand to close up
         self._stuck_at_s = math.inf
-        self._wish: Reason | None = None
+        self._reason: Reason | None = None
 
     @property
-    def wish(self) -> Reason | None:
-        """What it wants."""
-        return self._wish
+    def reason(self) -> Reason | None:
+        """Why it wants a new view; None: it wants none."""
+        return self._reason
 
     @property
     def arrived(self) -> bool:
@@ -141,7 +141,7 @@ class Leading:
         """
         strand, leader = self._strand, self._memory.leader(self._driver.odometry.pose)
         if strand.grants.withheld and not self._begins:
-            self._wish = Reason(Cause.MISFIT, "it began too near to something for others to come there")
+            self._reason = Reason(Cause.MISFIT, "it began too near to something for others to come there")
             return []
         if leader.is_done(self._position()):
             strand.lead_on()
@@ -150,7 +150,7 @@ class Leading:
             return []
         if self._off_path_m > self._mission.mu0_m and self._mission.promises_clearance:
             why = f"robot {strand.robot} stands {self._off_path_m:.3f} m off the path's end"
-            self._wish = Reason(Cause.MISFIT, why, about=strand.robot)
+            self._reason = Reason(Cause.MISFIT, why, about=strand.robot)
             return []
         scan = self._senses.take()
         if scan is None:
@@ -214,7 +214,7 @@ class Leading:
         return math.dist(self._position(), xy(path.at(path.end_m)))
 
     def _carry_out(self, planned: Plan, now_s: float) -> list[Command]:
-        self._wish, self._waits = None, isinstance(planned, Wait)
+        self._reason, self._waits = None, isinstance(planned, Wait)
         match planned:
             case StepPlanned():
                 return self._begin(planned)
@@ -241,7 +241,7 @@ class Leading:
         turnabout = Turnabout(
             cut_m=0.0, end_m=self._driver.progress_m, back_by_m=max(0.0, path.end_m - back_to_m)
         )
-        self._wish = Reason(Cause.DEAD_END, "the only way leads back", turnabout=turnabout)
+        self._reason = Reason(Cause.DEAD_END, "the only way leads back", turnabout=turnabout)
         return []
 
     def _begin(self, planned: StepPlanned) -> list[Command]:
@@ -264,7 +264,7 @@ class Leading:
             waited_s = min(self._driver.odometry.stood_s, now_s - self._stuck_at_s)
             may_come_back = self._some_are_left_out and waited_s < GONE_S
             return [] if may_come_back else self._lose(reason)
-        self._wish = Reason(Cause.NO_WAY, reason)
+        self._reason = Reason(Cause.NO_WAY, reason)
         return []
 
     def _lose(self, reason: str) -> list[Command]:

@@ -84,7 +84,7 @@ class Member:
         pose = driver.odometry.pose
         off_m = math.hypot(pose.x_m - formation.place.x_m, pose.y_m - formation.place.y_m)
         self._misfit = off_m > mission.mu0_m
-        self._wish = (
+        self._reason = (
             Reason(Cause.MISFIT, f"robot {robot} stands {off_m:.3f} m off its place", about=robot)
             if self._misfit
             else None
@@ -103,9 +103,9 @@ class Member:
         return not self._misfit
 
     @property
-    def wish(self) -> Reason | None:
-        """What it wants; None: nothing."""
-        return self._wish
+    def reason(self) -> Reason | None:
+        """Why it wants a new view; None: it wants none."""
+        return self._reason
 
     @property
     def strand(self) -> Strand:
@@ -150,9 +150,9 @@ class Member:
     @property
     def counters(self) -> Counters:
         """What the next formation has to count, with what this robot wants."""
-        counters, wish = self._strand.counters, self._wish
+        counters, reason = self._strand.counters, self._reason
         counters = replace(counters, steps=max(counters.steps, self._memory.steps))
-        match None if wish is None else wish.cause:
+        match None if reason is None else reason.cause:
             case Cause.DEAD_END:
                 return replace(counters, turns=counters.turns + 1)
             case Cause.BLOCKED:
@@ -237,11 +237,11 @@ class Member:
         return [Note(RobotHeld(behind_m=stretch_m) if self._held else RobotReleased())]
 
     def _decide(self, now_s: float) -> list[Command]:
-        """What it wants now."""
-        self._wish = None
+        """Whether it wants a new view now."""
+        self._reason = None
         if self._leads:
-            self._wish = self._reversing.wish if self._backs_up else self._leading.wish
-        if self._wish is not None or self._lost:
+            self._reason = self._reversing.reason if self._backs_up else self._leading.reason
+        if self._reason is not None or self._lost:
             return []
         is_blocked = not self._held and self._blocked.is_so(now_s)
         if self._leads and self._blocked.has_lost(is_blocked=is_blocked):
@@ -250,5 +250,5 @@ class Member:
                 Note(RouteLost(reason="a way is blocked, and the strand has dissolved too often in vain"))
             ]
         if is_blocked:
-            self._wish = self._blocked.wish
+            self._reason = self._blocked.reason
         return []

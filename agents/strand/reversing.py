@@ -25,12 +25,12 @@ class Reversing:
         self._strand = strand
         self._advance = advance
         self._leading = leading
-        self._wish: Reason | None = None
+        self._reason: Reason | None = None
 
     @property
-    def wish(self) -> Reason | None:
-        """What it wants."""
-        return self._wish or self._leading.wish
+    def reason(self) -> Reason | None:
+        """Why it wants a new view; None: it wants none."""
+        return self._reason or self._leading.reason
 
     def act(self, now_s: float) -> list[Command]:
         """Back up, as far as there is a path; then make room."""
@@ -50,6 +50,6 @@ class Reversing:
         """Rule 2."""
         strand, driver = self._strand, self._driver
         driver.stand()
-        if driver.standing and self._wish is None:
+        if driver.standing and self._reason is None:
             turnabout = Turnabout(cut_m=strand.back_by_m, end_m=driver.progress_m, back_by_m=0.0)
-            self._wish = Reason(Cause.DEAD_END, "the tail has come back far enough", turnabout=turnabout)
+            self._reason = Reason(Cause.DEAD_END, "the tail has come back far enough", turnabout=turnabout)

@@ -50,7 +50,7 @@ class CoreState(Struct, frozen=True, kw_only=True):
     path_m: float | None
     holds: bool
     arrived: bool
-    wish: str | None
+    reason: str | None
     # its neighbours
     ahead: int | None
     ahead_m: float | None
@@ -118,7 +118,7 @@ def state_of(core: Robot, count: int, heard: Input, robot: int) -> CoreState:
         path_m=None if member is None else member.path.end_m,
         holds=member is not None and member.holds,
         arrived=member is not None and member.arrived,
-        wish=None if member is None or member.wish is None else str(member.wish.cause),
+        reason=None if member is None or member.reason is None else str(member.reason.cause),
         ahead=ahead,
         ahead_m=told_m.get(ahead or 0),
         ahead_silent_s=silent_s.get(ahead or 0),

@@ -236,9 +236,9 @@ class MemberStage:
         """Let time pass; with `turns`, a robot that wants the strand to turn round gets its view."""
         for _ in range(round(for_s / PERIOD_S)):
             self.tick()
-            wish = self.leader.wish
-            if turns and wish is not None and wish.cause is Cause.DEAD_END:
-                self.reform(wish.turnabout)
+            reason = self.leader.reason
+            if turns and reason is not None and reason.cause is Cause.DEAD_END:
+                self.reform(reason.turnabout)
             if all(member.arrived for member in self.members.values()):
                 return
 

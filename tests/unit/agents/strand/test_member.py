@@ -146,8 +146,8 @@ def test_a_robot_that_does_not_stand_at_its_place_does_nothing_but_want_a_view(
     member = stage.join(1, replace(told, place=replace(told.place, y_m=off_m)), stage.leader.path)
     commands = stage.wake(1)
     assert bool(commands) is fits
-    assert (member.wish is None) is fits
-    assert fits or (member.wish is not None and member.wish.cause is Cause.MISFIT)
+    assert (member.reason is None) is fits
+    assert fits or (member.reason is not None and member.reason.cause is Cause.MISFIT)
     assert (stage.parts[1].driver.drive.target is not None) is fits
 
 
@@ -182,15 +182,15 @@ def test_a_robot_whose_way_stays_blocked_wants_a_view_until_the_block_goes_away(
     stage = queue(shapes=[])
     stage.shapes, stage.is_checked = [BOX], False
     stage.run(BLOCKED_S - 1.0)
-    early = stage.members[2].wish
+    early = stage.members[2].reason
     stage.run(2.0)
-    wish, counters = stage.members[2].wish, stage.members[2].counters
-    assert (early, wish is not None and (wish.cause, wish.about)) == (None, (Cause.BLOCKED, 2))
+    reason, counters = stage.members[2].reason, stage.members[2].counters
+    assert (early, reason is not None and (reason.cause, reason.about)) == (None, (Cause.BLOCKED, 2))
     assert counters.dissolved == 1
     assert not stage.parts[2].driver.was_sent, "it stands"
     stage.shapes = []
     stage.run(2.0)
-    assert (stage.members[2].wish, stage.members[2].counters.dissolved) == (None, 0)
+    assert (stage.members[2].reason, stage.members[2].counters.dissolved) == (None, 0)
     assert stage.parts[2].driver.was_sent
 
 
@@ -205,9 +205,9 @@ def test_after_too_many_dissolutions_without_coming_on_the_leader_says_that_the_
     stage.shapes, stage.is_checked, stage.counters = [BOX], False, Counters(dissolved=DISSOLVED_MAX)
     stage.reform(counters=stage.counters)
     stage.run(BLOCKED_S + 3.0)
-    wish, counters = stage.members[2].wish, stage.members[2].counters
-    assert wish is not None
-    assert (wish.cause, counters.dissolved) == (Cause.BLOCKED, 1 if comes_on else DISSOLVED_MAX + 1)
+    reason, counters = stage.members[2].reason, stage.members[2].counters
+    assert reason is not None
+    assert (reason.cause, counters.dissolved) == (Cause.BLOCKED, 1 if comes_on else DISSOLVED_MAX + 1)
     assert not stage.records(RouteLost), "only the leader may say so"
     stage.reform(counters=counters)
     stage.run(1.0)
@@ -232,23 +232,23 @@ def test_a_leader_that_knows_no_way_on_after_a_loss_wants_another_to_lead_unless
     mission = replace(MISSION, law="printed")  # without two obstacles in sight, this law knows no way
     stage = MemberStage(mission, row(3), ORDER, counters=Counters(steps=4, led_in_vain=in_vain, heals=heals))
     stage.run(10.0)
-    wish, counters = stage.leader.wish, stage.leader.counters
-    assert (None if wish is None else wish.cause) == cause
+    reason, counters = stage.leader.reason, stage.leader.counters
+    assert (None if reason is None else reason.cause) == cause
     assert len(stage.records(RouteLost)) == (cause is None)
     assert counters.led_in_vain == ((*in_vain, 1) if cause is not None else in_vain)
 
 
 @pytest.mark.parametrize(
-    ("in_vain", "wishes", "lost_after_s"), [((), True, None), ((1,), False, 20.0)], ids=["first", "again"]
+    ("in_vain", "wants", "lost_after_s"), [((), True, None), ((1,), False, 20.0)], ids=["first", "again"]
 )
 def test_a_leader_without_a_way_hands_on_at_once_but_loses_the_route_only_when_all_have_stood_for_long(
-    in_vain: tuple[int, ...], lost_after_s: float | None, *, wishes: bool, monkeypatch: pytest.MonkeyPatch
+    in_vain: tuple[int, ...], lost_after_s: float | None, *, wants: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Leader, "plan", lambda *_, **__: NO_WAY)
     counters = Counters(led_in_vain=in_vain, heals=1)
     stage = MemberStage(replace(MISSION, robots=4), row(3), ORDER, counters=counters)
     stage.run(2.0)
-    assert (stage.leader.wish is not None) == wishes
+    assert (stage.leader.reason is not None) == wants
     assert not stage.records(RouteLost), "a robot that is left out may come back"
     stage.run(lost_after_s or 0.0)
     assert len(stage.records(RouteLost)) == (lost_after_s is not None)
@@ -312,9 +312,9 @@ def test_a_tail_that_leads_does_not_turn_the_strand_round_again_on_a_cleared_map
     stage = MemberStage(replace(MISSION, robots=4), row(3), ORDER)
     stage.form(stage.leader.path, {3: 0.0, 2: 0.5, 1: 1.0}, back_by_m=0.4)
     stage.run(30.0)
-    wish = stage.leader.wish
-    assert wish is not None
-    assert wish.cause is cause
+    reason = stage.leader.reason
+    assert reason is not None
+    assert reason.cause is cause
 
 
 # --- turning round --------------------------------------------------------------------------------------
@@ -343,9 +343,9 @@ def in_the_pocket(*, loss: float = 0.0, seed: int = 0) -> MemberStage:
 def test_a_strand_in_a_blind_alley_turns_round_and_comes_to_the_goal(loss: float) -> None:
     stage = in_the_pocket(loss=loss)
     stage.run(12.0)
-    wish = stage.leader.wish
-    assert wish is not None
-    assert (wish.cause, wish.turnabout and wish.turnabout.cut_m) == (Cause.DEAD_END, 0.0)
+    reason = stage.leader.reason
+    assert reason is not None
+    assert (reason.cause, reason.turnabout and reason.turnabout.cut_m) == (Cause.DEAD_END, 0.0)
     assert stage.leader.counters.turns == 1
     stage.run(100.0, turns=True)
     assert all(member.arrived for member in stage.members.values())
@@ -360,9 +360,9 @@ def test_after_too_many_turns_without_a_step_the_route_is_lost(
     monkeypatch.setattr(Leader, "plan", lambda *_, **__: DeadEnd(0.4))
     stage = MemberStage(MISSION, row(3), ORDER, counters=Counters(turns=turns))
     stage.run(3.0)
-    wish = stage.leader.wish
+    reason = stage.leader.reason
     turnabout = None if is_lost else Turnabout(cut_m=0.0, end_m=1.0, back_by_m=0.6)
-    assert (None if wish is None else wish.turnabout) == turnabout
+    assert (None if reason is None else reason.turnabout) == turnabout
     assert [record.reason for record in stage.records(RouteLost)] == is_lost * [
         "the strand has turned round too often in vain"
     ]
@@ -374,10 +374,10 @@ def test_a_leader_that_waits_for_its_strand_plans_again_as_soon_as_all_have_stoo
     monkeypatch.setattr(Leader, "plan", lambda *_, settled, **__: DeadEnd(0.4) if settled else Wait())
     stage = MemberStage(MISSION, row(3), ORDER)
     while stage.leader.strand.quiet_s < SETTLED_S:
-        assert stage.leader.wish is None
+        assert stage.leader.reason is None
         stage.run(0.1)
     stage.run(0.1)
-    assert stage.leader.wish is not None, "it does not wait for as long again"
+    assert stage.leader.reason is not None, "it does not wait for as long again"
 
 
 def test_a_robot_in_whose_way_the_ones_behind_stand_wants_the_strand_to_dissolve() -> None:
@@ -388,6 +388,6 @@ def test_a_robot_in_whose_way_the_ones_behind_stand_wants_the_strand_to_dissolve
     path = Path(Point(x_m=x_m, y_m=y_m) for x_m, y_m in corners)
     stage.form(path, {3: 0.0, 2: path[1].s_m, 1: path.end_m}, driven=True)
     stage.run(3.0 * BLOCKED_S)
-    wish = stage.members[2].wish
-    assert wish is not None
-    assert wish.cause is Cause.BLOCKED
+    reason = stage.members[2].reason
+    assert reason is not None
+    assert reason.cause is Cause.BLOCKED

@@ -45,7 +45,7 @@ def test_no_message_fault_brings_robots_of_a_strand_that_turns_round_too_near(
         turnabout = chance.choice([None, turned(stage, 0.0), turned(stage, chance.random())])
         stage.reform(turnabout)
         for member in stage.members.values():
-            assert member.wish is None, "each stands at its place"
+            assert member.reason is None, "each stands at its place"
 
 
 @pytest.mark.parametrize("seed", range(3))
