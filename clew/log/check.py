@@ -13,10 +13,9 @@ from protocol.plain import plain
 from protocol.run_settings import SCENARIO_FILE
 from protocol.timeline import PromiseBroken
 from protocol.timeline.invariants import compared, counted, named
-from world.judge.judgement import Breach, Judgement, judge, untrue_in
+from world.judge.judgement import Breach, Judge, Judgement, untrue_in
 from world.judge.monitor import Promises
 from world.judge.verdict import VERDICT_FILE, finite
-from world.record.lines import Line
 from world.record.recorder import EVENTS_FILE
 from world.record.run_files import check_unchanged, read_verdict
 from world.scenario.scenario import Scenario
@@ -68,7 +67,13 @@ def check(timeline: Timeline | Log) -> Finding:
     """
     scenario = scenario_of(timeline)
     recorded: list[Breach] = []
-    judgement = judge(scenario, _noting(recorded, timeline.lines))
+    judge = Judge(scenario)
+    for source, entry in timeline.lines:
+        if isinstance(entry.record, PromiseBroken):
+            recorded.append(Breach(t_s=entry.t_s, broken=entry.record))
+        judge.hear(source, entry)
+    judge.close(cut_off=timeline.ended is None)
+    judgement = judge.judgement
     promises = Promises.of(scenario)
     flaws = [*timeline.flaws, *contradictions(recorded, judgement), *_changed(timeline)]
     if judgement.failure is not None:
@@ -115,14 +120,6 @@ def _denied(timeline: Timeline | Log, finding: Finding) -> Iterator[str]:
         yield f"{VERDICT_FILE}: violations: {said}, by the log {found}"
     if verdict.ok and verdict.violations:
         yield f"{VERDICT_FILE}: is ok and has {verdict.violations} violations"
-
-
-def _noting(broken: list[Breach], lines: Iterable[Line]) -> Iterator[Line]:
-    """The same lines; adds the broken promises in them to a list, so that a long log is read only once."""
-    for source, entry in lines:
-        if isinstance(entry.record, PromiseBroken):
-            broken.append(Breach(t_s=entry.t_s, broken=entry.record))
-        yield source, entry
 
 
 def _changed(timeline: Timeline | Log) -> Iterator[str]:

@@ -113,10 +113,10 @@ class Court:
             self._forget(entry.record.epoch)
         return new
 
-    def close(self) -> list[Breach]:
+    def close(self, *, cut_off: bool = False) -> list[Breach]:
         """No entry follows: the violations that were not certain before."""
         new = [each for rule in self._rules for each in self._note(rule.close())]
-        return new + self._note(self._claims.close())
+        return new if cut_off else new + self._note(self._claims.close())
 
     def _forget(self, epoch: int) -> None:
         """Another epoch is in force: forget those before, but for the last one and undecided checks."""
@@ -161,9 +161,13 @@ class Judge:
         """Process the next entry of the timeline; returns the violations that are certain now."""
         return self._judge(lambda: self._court.hear(source, entry))
 
-    def close(self) -> list[Breach]:
-        """No entry follows: the violations that were not certain before."""
-        found = self._judge(self._court.close)
+    def close(self, *, cut_off: bool = False) -> list[Breach]:
+        """No entry follows: the violations that were not certain before.
+
+        Args:
+            cut_off: the log ends before its run: what waits for an entry of another source stays undecided.
+        """
+        found = self._judge(lambda: self._court.close(cut_off=cut_off))
         self._failure = self._failure or self._distances.unjudged
         return found
 

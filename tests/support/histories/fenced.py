@@ -188,14 +188,14 @@ def run(*more: Said, without: tuple[str, ...] = (), **other: Said) -> list[Said]
 
 
 def breaches(
-    said: list[Said], tolerance: Tolerance = EXACT, *, followers_sense: bool = True
+    said: list[Said], tolerance: Tolerance = EXACT, *, followers_sense: bool = True, cut_off: bool = False
 ) -> list[tuple[float, PromiseBroken]]:
     """What is broken in a run, but for S1 and S2."""
     court, counts = Court(tolerance, followers_sense=followers_sense), dict[str, int]()
     for t_s, source, record in said:
         counts[source] = 1 if isinstance(record, RobotStarted) else counts.get(source, 0) + 1
         court.hear(source, Entry(n=counts[source], t_s=t_s, hlc="", record=record))
-    court.close()
+    court.close(cut_off=cut_off)
     return [(breach.t_s, breach.broken) for breach in court.breaches]
 
 

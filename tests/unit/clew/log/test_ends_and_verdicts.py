@@ -8,6 +8,7 @@ from msgspec.structs import replace
 from clew.log.check import Finding, check
 from clew.log.log import Log
 from protocol.timeline import (
+    AuthorityGranted,
     Record,
     RobotAppeared,
     RobotDied,
@@ -56,6 +57,17 @@ def test_when_a_run_has_ended_each_robot_that_is_there_has_told_its_last_entry(
 def test_of_a_run_that_has_not_ended_more_entries_may_come(tmp_path: Path) -> None:
     lines = numbered((*AT_REST[:-1], CAME, BEGAN))
     assert not any("last entries" in each for each in check(Log(recorded(tmp_path / "run", lines))).flaws)
+
+
+def test_what_waits_for_entries_that_a_cut_log_has_not_is_broken_only_if_the_run_has_ended(
+    tmp_path: Path,
+) -> None:
+    granted: Said = ("r3", AuthorityGranted(to=4, authority_m=1.0, epoch=1))
+    ended = numbered((*AT_REST[:-1], granted, AT_REST[-1]))
+    assert check(Log(recorded(tmp_path / "ended", ended))).violations > 0
+    cut_off = check(Log(recorded(tmp_path / "cut", ended[:-1])))
+    assert not cut_off.ok
+    assert cut_off.violations == 0
 
 
 def judged(folder: Path, **said: object) -> Finding:

@@ -278,6 +278,15 @@ def test_the_new_leader_goes_on_with_its_own_steps_from_the_end_of_the_path() ->
     assert broken(turned(*after)) == []
 
 
+def test_a_log_that_is_cut_off_is_not_called_broken_for_entries_of_robots_that_come_late() -> None:
+    late_s = 0.5
+    lines = sorted(run(), key=lambda said: said[0] + (0.0 if said[1] == "world" else late_s))
+    assert breaches(lines) == []
+    cuts = [lines[:cut] for cut in range(1, len(lines))]
+    assert any(breaches(cut) for cut in cuts), "the cuts are between orders and what allows them"
+    assert all(breaches(cut, cut_off=True) == [] for cut in cuts)
+
+
 def test_no_entry_of_a_robot_can_forge_one_of_the_world() -> None:
     forged = (1.7, "r3", OF_2)
     assert broken(run(forged)) == []
