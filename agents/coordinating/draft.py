@@ -103,7 +103,6 @@ class Draft:
             self.order = self._order_of(reports, stayed)
         else:
             self.order = order_at_start(places, self.mission.goal, obstacle_m)
-        self.strand = []
 
     def _order_of(self, reports: Mapping[int, Report], stayed: Sequence[int]) -> tuple[int, ...]:
         """The order in which these stay, with others before them if nobody has to move."""

@@ -130,6 +130,21 @@ def test_a_robot_in_front_leads_those_that_have_stayed_only_if_nobody_has_to_mov
     assert draft.order[:2] == (2, 3)
 
 
+def test_robots_in_place_stay_so_until_another_order_is_settled() -> None:
+    there = reports(QUEUE)
+    draft = settled(drafted(), there, 2)
+    draft.end_turn(4, placed=True)
+    draft.end_turn(3, placed=True)
+    there |= reports({5: (4.0, 0.0)})
+    draft.admit()
+    draft.begin(there, {})
+    assert draft.order[0] == 5
+    assert draft.strand == [1, 2, 4, 3], "what robots are told while they look"
+    assert not draft.settle(there, sees(3, 4, 2)), "robot 1 does not see its way to robot 5"
+    draft.begin(there, {})
+    assert draft.order == (1, 2, 4, 3, 5)
+
+
 # --- rule 2: turns --------------------------------------------------------------------------------------
 
 
