@@ -64,7 +64,7 @@ class Reporter:
             return
         self._newest = number
         self.heard_at_s, self.answer = now_s, answer
-        # In a draft that begins again nobody is in place; a robot that has had no turn still has its place.
+        # Where another leader is tried nobody is in place; a robot that has had no turn still has its place.
         if answer.rank is not None or self.ended is not None:
             self.past = self.past.with_places(self.past.places.with_draft(self.epoch, answer.rank))
 
