@@ -15,8 +15,9 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from agents.process.journal import SUFFIX, Decision, Head, Input, Recording, decision, failure
+from agents.process.journal import SUFFIX, Decision, Head, Input, decision, failure
 from agents.robot import Robot
+from clew.log.journals.recording import Recording
 from clew.log.log import Log, fleets_in, has_several
 from clew.log.replay_missing import Missing, missing, told
 from clew.log.timeline import Choice, unknown_in

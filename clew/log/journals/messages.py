@@ -14,10 +14,10 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from agents.commands import Note
-from agents.process.journal import Turn
 from clew.log.journals.contents import content, tag_of
 from clew.log.journals.fate import Fate
 from clew.log.journals.process import Process, command_of, message_in, sender_process
+from clew.log.journals.recording import Turn
 from protocol.faults.message_faults import sender_of
 from protocol.timeline import FaultInjected, MessageRefused, StepPlanned
 from protocol.wire.messages import Message as Sent

@@ -18,7 +18,8 @@ import msgspec
 from agents.commands import Command, Order, Put, Say, Tell
 from agents.events import Event, LinkHeard, OdometryHeard, ScanHeard, ViewHeard
 from agents.process import addresses
-from agents.process.journal import SUFFIX, Recording, Turn
+from agents.process.journal import SUFFIX
+from clew.log.journals.recording import Recording, Turn
 from clew.log.replay_missing import missing, told
 from protocol.errors import UsageError
 from protocol.faults.message_faults import sender_of

@@ -12,9 +12,10 @@ from pathlib import Path
 
 from msgspec.structs import asdict
 
-from agents.process.journal import SUFFIX, Decision, Head, Input, Recording
+from agents.process.journal import SUFFIX, Decision, Head, Input
 from agents.robot import Robot
 from clew.log.journals.condition import Condition
+from clew.log.journals.recording import Recording
 from clew.log.journals.state import NAMES, CoreState, state_of
 from clew.log.replay import decide, new_core, nothing_to_replay
 from clew.log.replay_missing import missing, told

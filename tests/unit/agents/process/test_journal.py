@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from agents.commands import AskScan
 from agents.events import TokenCame
-from agents.process.journal import Given, Head, Journal, Recording, Turn, decision, open_journal
+from agents.process.journal import Given, Head, Journal, decision, open_journal
+from clew.log.journals.recording import Recording, Turn
 from protocol.errors import UsageError
 from tests.support.strategies.examples import examples
 from world.scenario.scenario import load

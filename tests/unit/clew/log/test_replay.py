@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from agents.body.driver import Driver
-from agents.process.journal import Decision, Given, Recording, open_journal
+from agents.process.journal import Decision, Given, open_journal
 from agents.robot import Robot
+from clew.log.journals.recording import Recording
 from clew.log.replay import replay, sentences
 from clew.rehearsal.recorded import rehearse
 from protocol.errors import UsageError

@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from agents.process.journal import Recording
+from clew.log.journals.recording import Recording
 from clew.log.replay_missing import NEVER_STARTED, NO_MISSION
 from protocol.network.session import INPUTS
 from protocol.wire.codec import packed

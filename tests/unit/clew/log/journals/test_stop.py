@@ -9,8 +9,9 @@ import msgspec
 import pytest
 
 from agents.body.driver import Driver
-from agents.process.journal import Given, Recording, open_journal
+from agents.process.journal import Given, open_journal
 from clew.log.journals.condition import LENGTH_MAX, Condition
+from clew.log.journals.recording import Recording
 from clew.log.journals.state import NAMES
 from clew.log.timeline import read
 from protocol.errors import UsageError
