@@ -31,12 +31,12 @@ def scan_rays(directions: int) -> Floats:
 
 
 def of_next(values: Values) -> Values:
-    """For each direction of a scan, or corner of a ring, what the next has (n, ...); `np.roll` is slow."""
+    """The values (n, ...) of the next direction of a scan, or corner of a ring; `np.roll` is slow."""
     return np.concatenate((values[1:], values[:1]))
 
 
 def of_previous(values: Values) -> Values:
-    """For each direction of a scan, or corner of a ring, what the previous one has (n, ...)."""
+    """The values (n, ...) of the previous direction of a scan, or corner of a ring."""
     return np.concatenate((values[-1:], values[:-1]))
 
 

@@ -32,7 +32,7 @@ def no_run_in(run: Path) -> UsageError:
 
 
 def recordable(text: str) -> str:
-    """The text as a timeline can hold it: not too long, and without halves of characters."""
+    """The text as a timeline can hold it: not too long, and without halves of characters (surrogates)."""
     return text[:REASON_LENGTH_MAX].encode(errors="backslashreplace").decode()[:REASON_LENGTH_MAX]
 
 

@@ -100,7 +100,7 @@ class Keys:
         return f"{self.root}/pulse/{source}"
 
     def behind_root(self, key: str) -> str:
-        """A key without the prefix of the run, as in the message accounts."""
+        """A key without the prefix of the run, as in the books."""
         return key.removeprefix(self._before)
 
     def part(self, key: str, index: int) -> str:

@@ -31,7 +31,7 @@ def is_of_file(law: str) -> bool:
 
 
 def look_in(folder: Path) -> None:
-    """Look for files in this folder, too (rule 2); not where a link such as `runs/latest` leads later."""
+    """Look for files in this folder, too (rule 2). A link, as `runs/latest`, is followed now, not later."""
     _folders.setdefault(folder.resolve())
 
 

@@ -24,7 +24,7 @@ START_WALL_S_PER_ROBOT = 0.5  # fifty robots come within 2 s on two idle cores
 
 
 def start_wall_s(robots: int) -> float:
-    """How long the robots of a fleet of this size may take to come [wall s]."""
+    """How long the robots of a fleet of this size may take to start [wall s]."""
     return START_WALL_S + START_WALL_S_PER_ROBOT * robots
 
 
@@ -217,8 +217,8 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
     def hull_reach_m(self) -> float:
         """How far off the ground where a robot may be hits are taken for its hull.
 
-        Its radius and more than it can be off with the range error, which `mu0` covers. A robot that keeps
-        `robot_keep_m` from that ground keeps the separation from a hull there that is another's (F6).
-        No ray meets a point, so a robot of radius 0 has no hits: all are of something else.
+        It is the robot's radius and `mu0`, which is more than the robot can be off and the range error. A
+        robot that keeps `robot_keep_m` from that ground keeps the separation from a hull there that is
+        another's (F6). No ray meets a point, so every hit near a robot of radius 0 is of something else.
         """
         return self.robot_radius_m + self.mu0_m if self.robot_radius_m > 0.0 else 0.0

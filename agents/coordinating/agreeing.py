@@ -157,7 +157,7 @@ def newest_map(reports: Reports) -> Report:
 def _locked_in(counters: Counters, reports: Reports, ended: Epoch) -> Counters:
     """Note which robots are locked in.
 
-    If `IN_VAIN` leaders of a strand knew no way since it has come on, all of its robots are, as long as
+    If `IN_VAIN` leaders of a strand knew no way since it last advanced, all of its robots are, as long as
     another one is there that may lead. What that one leads counts anew.
     """
     led, locked_in = {*counters.led_in_vain}, {*counters.locked_in}

@@ -57,7 +57,7 @@ class Draft:
     cause: Cause
     """Why there is a view."""
     led: tuple[int, ...] = ()
-    """The robots that have led in vain, in this view or since the strand has come on."""
+    """The robots that have led in vain, in this view or since the strand last advanced."""
     order: tuple[int, ...] = ()
     strand: list[int] = field(default_factory=list)
     """The robots in place, leader first."""

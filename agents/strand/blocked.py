@@ -3,8 +3,8 @@
 Rule 1: a robot whose way has been blocked for too long wants the strand to dissolve: by what it sees, or by
         robots behind it that have come to stand. One that waits for the robot behind is not blocked. A block
         that goes away before the fence has risen changes nothing.
-Rule 2: after `DISSOLVED_MAX` times without coming on the route is lost, and the leader says so. It does so at
-        once in a strand that has dissolved once more because another robot was blocked.
+Rule 2: after `DISSOLVED_MAX` times without an advance the route is lost, and the leader says so. It does
+        so at once in a strand that has dissolved once more because another robot was blocked.
 """
 
 from agents.body.watch import STILL_S_MAX, Watch
@@ -15,7 +15,7 @@ from protocol.fence import Cause
 from protocol.mission import Mission
 
 BLOCKED_S = 5.0  # five checks; on ground where nothing moves only a robot out of its place goes away
-DISSOLVED_MAX = 8  # since the strand has come on: every time may undo what the time before has done
+DISSOLVED_MAX = 8  # since the strand last advanced: every time may undo what the time before has done
 
 
 class Blocked:

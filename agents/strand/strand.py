@@ -111,20 +111,20 @@ class Strand:
 
     @property
     def tries_leaders(self) -> bool:
-        """Whether it was formed since a leader knew no way on, and has not come on since."""
+        """Whether it was formed since a leader knew no way on, and has not advanced since."""
         return len(self._formation.counters.led_in_vain) > 0
 
     @property
     def counters(self) -> Counters:
-        """The formation's; the counts since the strand has come on begin anew where it has.
+        """The counts of the formation; where the strand has advanced, those of attempts in vain begin anew.
 
         It has where steps towards the goal have led its leader further off than robots keep: locked in, a
         leader still creeps by centimetres, and goes to and fro between two gaps that are a little too narrow.
         """
         counters, path = self._formation.counters, self.path
-        come_on_m = math.dist(xy(path.at(self.laid_m)), xy(path.at(path.end_m)))
-        has_come_on = come_on_m > self._mission.robot_keep_m and not self.back_by_m > 0.0
-        return Counters(steps=counters.steps, heals=counters.heals) if has_come_on else counters
+        advanced_m = math.dist(xy(path.at(self.laid_m)), xy(path.at(path.end_m)))
+        has_advanced = advanced_m > self._mission.robot_keep_m and not self.back_by_m > 0.0
+        return Counters(steps=counters.steps, heals=counters.heals) if has_advanced else counters
 
     # --- where the neighbours are -------------------------------------------------------------------
 

@@ -1,1 +1,1 @@
-"""Reads maps as ROS keeps them, and makes scenes of them."""
+"""Reads maps in the format of `map_server` of ROS, and makes scenes of them."""

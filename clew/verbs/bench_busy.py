@@ -32,19 +32,29 @@ QUEUE_S_MAX = 1800.0  # of a run: fifty robots beside 16 busy processes on two c
 @click.argument("scenario", default="grove")
 @robots_option("Robots of each fleet.")
 @click.option(
-    "--processes", type=click.IntRange(0, BUSY_MAX), default=16, show_default=True, help="Busy ones."
+    "--processes",
+    type=click.IntRange(0, BUSY_MAX),
+    default=16,
+    show_default=True,
+    help="Number of busy processes.",
 )
-@click.option("--for-s", type=FiniteRange(1.0), default=60.0, show_default=True, help="Start no fleet later.")
+@click.option(
+    "--for-s",
+    type=FiniteRange(1.0),
+    default=60.0,
+    show_default=True,
+    help="Start no fleet after this time [wall-clock s].",
+)
 @AS_JSON
 @click.pass_context
 @terminable()
 def busy(
     ctx: click.Context, scenario: str, *, robots: int | None, processes: int, for_s: float, as_json: bool
 ) -> None:
-    """Run live fleets beside busy processes, one after the other, and count the robots held for dead.
+    """Run live fleets beside busy processes, one after the other, and count the robots declared dead.
 
     SCENARIO is one of `clew rehearse`, or `queue`: robots in a straight queue on open ground. Exits with 1
-    when a robot was held for dead, a promise was broken, or not all robots arrived.
+    when a robot was declared dead, a promise was broken, or not all robots arrived.
     """
     from clew.bench.busy import BusyFigures, common
 

@@ -28,10 +28,14 @@ BACK_S_MAX = 30.0  # wall: until all robots that were killed last are back
 
 @click.command()
 @click.option("-n", "--robots", type=ROBOTS, default=200, show_default=True, help="Robots of the fleet.")
-@click.option("--for-s", type=SOME_S, default=600.0, show_default=True, help="How long, once it has formed.")
-@click.option("--every-s", type=SOME_S, default=2.0, show_default=True, help="Restart a robot so often.")
-@click.option("--probe-s", type=SOME_S, default=5.0, show_default=True, help="Open a new session so often.")
-@click.option("--look-s", type=SOME_S, default=5.0, show_default=True, help="Look at memory so often.")
+@click.option(
+    "--for-s", type=SOME_S, default=600.0, show_default=True, help="How long to go on once it has formed."
+)
+@click.option("--every-s", type=SOME_S, default=2.0, show_default=True, help="Time between two restarts.")
+@click.option("--probe-s", type=SOME_S, default=5.0, show_default=True, help="Time between two new sessions.")
+@click.option(
+    "--look-s", type=SOME_S, default=5.0, show_default=True, help="Time between two looks at memory."
+)
 @click.option(
     "--speed",
     type=FiniteRange(0.0, SPEED_MAX, min_open=True),
@@ -57,7 +61,7 @@ def soak(
 ) -> None:
     """Kill and restart one robot after the other in a live fleet, and measure what grows.
 
-    All times are of the clock on the wall. Exits with 1 when a bound is passed: memory, descriptors or the
+    All times are wall-clock times. Exits with 1 when a bound is passed: memory, descriptors or the
     router's sessions grow, a new session is not admitted, a promise is broken, a robot does not come back.
     """
     from clew.bench.soak import figures, is_sound

@@ -124,7 +124,8 @@ def campaign(
     """Rehearse every scene with every seed, and report surprises by family.
 
     A surprise is an outcome that no sound fleet has, such as a broken promise. With --faults swarm, each seed
-    draws its own small world and the faults in it. Exits with 1 when there was a surprise.
+    draws its own small world and the faults in it. Exits with 1 when there was a surprise, or when a swarm of
+    2000 episodes or more has not reached every situation that is counted.
     """
     from clew.campaign.campaign import CAMPAIGN_FILE, Request, cores, run
     from clew.campaign.executors.cluster import ClusterLostError

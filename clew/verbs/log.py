@@ -55,8 +55,8 @@ def info(run: Path, *, as_json: bool) -> None:
 def check_log(ctx: click.Context, run: Path, *, as_json: bool) -> None:
     """Judge a run again from its log alone: every invariant, and whether the log is complete.
 
-    docs/verdict.md lists the invariants. Exits with 1 when one was broken or the log is not complete. The
-    folder of a run with several fleets has a log for each, and all are judged.
+    docs/verdict.md lists the invariants. Exits with 1 when one was broken, when the log has a flaw, or when
+    verdict.json says otherwise. The folder of a run with several fleets has a log for each; all are judged.
     """
     from clew.log.check import check, sentences
     from clew.log.log import Log, fleets_in

@@ -1,4 +1,4 @@
-"""A transport around another one: it passes everything on, but for what a subclass does otherwise."""
+"""A transport around another one: it passes everything on, except what a subclass overrides."""
 
 from collections.abc import Collection, Sequence
 

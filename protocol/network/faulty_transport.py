@@ -1,7 +1,7 @@
 """A transport with fault injection: it applies a fault plan to everything that arrives.
 
 Rule 1: faults are injected at the receiver, so a fault of one process or one link affects only that one.
-Rule 2: each injection is recorded with the message's key and number, and counted: message accounts balance.
+Rule 2: each injection is recorded with the message's key and number, and counted, so the books balance.
 Rule 3: delays are in simulated time; in lock-step, where the clock waits for messages, in wall-clock time.
 Rule 4: a process that is cut off from the router shows no token and sees none, as if the router had lost it.
 Rule 5: messages about faults are never affected.
@@ -75,7 +75,7 @@ class FaultyTransport(AroundTransport):
 
     @property
     def busy_s(self) -> float:
-        """How long this thread has computed, or was slowed down by a fault: no machine is late by that."""
+        """How long this thread has computed, or was slowed down by a fault: the machine is not late then."""
         return time.thread_time() + self._slept_s
 
     def hold_up(self, robot: str) -> bool:

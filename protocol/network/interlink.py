@@ -6,8 +6,9 @@ Rule 2: a router may forward everything on the keys of the run's fleets: a robot
         the router that the robot is connected to.
 Rule 3: only the accepting side learns a user name. So the second router knows the first by its Zenoh id,
         which each run draws anew. Clients see that id, so a client of the second router could claim it while
-        the first is away; but only who can open the private folder is one, and he can read all passwords
-        there. A TCP port would be worse: any user of the machine can take it when its router dies.
+        the first is away; but only a process that can open the private folder is a client, and it can read
+        all passwords there. A TCP port would be worse: any user of the machine can take it when its router
+        dies.
 """
 
 from collections.abc import Iterable

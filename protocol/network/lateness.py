@@ -36,7 +36,7 @@ class Lateness:
         self._turned = (wall_s, busy_s, asked_s)
 
     def hear(self, late_s: float, wall_s: float) -> None:
-        """So late was a turn, of this process or of another that tells it."""
+        """Take in how late a turn was, of this process or of another one that tells it."""
         self._late_s, self._at_s = max(self.now_s(wall_s), late_s), wall_s
 
     def now_s(self, wall_s: float) -> float:

@@ -7,8 +7,9 @@ Rule 2: an entry without acknowledgement is sent again after `resend_s`, togethe
 Rule 3: acknowledgements of another incarnation are ignored.
 Rule 4: an outbox that is full, in entries or in bytes, refuses new entries and counts them. If it dropped an
         old entry, the gap would stay until the end of the run.
-Rule 5: what a peer says must not crowd out what this process does: refused messages find no room where half
-        of it is taken. Else a flooded robot records no grants, and the judge blames who drives by them.
+Rule 5: what a peer says must not crowd out what this process does: an entry on a refused message finds no
+        room while half of it is taken. Otherwise a flooded robot could not record its grants, and the judge
+        would blame the robot that drives by them.
 """
 
 from collections import deque

@@ -1,4 +1,4 @@
-"""Counts of messages by key, at one process; the message accounts of the fleet are made from them."""
+"""Counts of messages by key, at one process; the books of the fleet are made from them."""
 
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping

@@ -30,7 +30,7 @@ class RobotRestarted(Kind, frozen=True, kw_only=True, tag="robot.restarted"):
 
 
 class RobotReturned(Kind, frozen=True, kw_only=True, tag="robot.returned"):
-    """A robot that was considered dead is back, in the same process: it was frozen or cut off."""
+    """A robot that was declared dead is back, in the same process: it was frozen or cut off."""
 
     robot: RobotId
 

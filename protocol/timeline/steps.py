@@ -33,7 +33,7 @@ class StepPlanned(Kind, frozen=True, kw_only=True, tag="step.planned"):
     """The leader, or a robot that joins, has planned a step from one scan."""
 
     step: Count
-    epoch: Annotated[Count, Meta(description="of the strand, or of the line-up before it has formed")]
+    epoch: Annotated[Count, Meta(description="of the view in which the robot leads or joins")]
     law: LawName
     x_m: Metres
     y_m: Metres

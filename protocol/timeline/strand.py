@@ -43,7 +43,7 @@ class ViewProposed(Kind, frozen=True, kw_only=True, tag="view.proposed"):
 
 
 class ViewJoined(Kind, frozen=True, kw_only=True, tag="view.joined"):
-    """A robot has left whatever it was in, stands, and reports to the coordinator of a view."""
+    """A robot has left its strand or earlier view: it stands, and reports to the coordinator of this one."""
 
     epoch: Count
 
@@ -155,7 +155,7 @@ class LinkHeard(Kind, frozen=True, kw_only=True, tag="link.heard"):
 
 
 class LinkBroken(Kind, frozen=True, kw_only=True, tag="link.broken"):
-    """A robot has broken a link and left the strand: docs/strand.md, Healing."""
+    """A robot has broken a link and left the strand; docs/strand.md, *View change*."""
 
     neighbour: RobotId
     cause: Annotated[

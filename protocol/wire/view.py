@@ -48,13 +48,13 @@ class Counters(Struct, frozen=True, gc=False, kw_only=True):
     steps: Count = 0
     """Switching steps planned so far."""
     turns: Count = 0
-    """How often the strand has turned round since it has come on."""
+    """How often the strand has turned round since it last advanced."""
     dissolved: Count = 0
     """How often a strand has dissolved since then."""
     led_in_vain: Robots = ()
-    """Who has led since then, and knew no way on."""
+    """The robots that have led since then and knew no way on."""
     locked_in: Robots = ()
-    """Who was in a strand of which two such leaders were, and leads only where all others have led."""
+    """The robots of strands of which two leaders knew no way on: they lead only after all others."""
     heals: Count = 0
     """How often a strand has formed again after a loss."""
 
@@ -186,7 +186,7 @@ class Formation(Struct, frozen=True, gc=False, kw_only=True, tag="formation"):
     heals: bool = False
     """Whether it follows a formation with other members."""
     led_by: Annotated[int, Meta(ge=0, le=ROBOTS_MAX)] = 0
-    """Who led the last formation; 0: there was none."""
+    """The leader of the last formation; 0: there was none."""
     map_number: Count = 0
     seen: Seen | None = None
     """The newest map, for the leader."""

@@ -1,1 +1,1 @@
-"""The judgement of a run: its invariants (docs/verdict.md), message accounts, recovery, verdict."""
+"""The judgement of a run: its invariants (docs/verdict.md), books, recovery, verdict."""

@@ -1,4 +1,4 @@
-"""The message accounts of a run: messages sent, received, and unaccounted for.
+"""The books of a run: messages sent, received, and unaccounted for.
 
 Rule 1: a key has one sender and one receiver. The keys of the operator, who counts nothing, have no book.
 Rule 2: odometry continues while robots count. So its book ends at the newest message that the robot received.
@@ -32,7 +32,7 @@ Book = tuple[str, str]
 
 
 class Messages(Struct, frozen=True, kw_only=True):
-    """The message accounts of a run."""
+    """The books of a run, balanced."""
 
     sent: int
     received: int

@@ -23,7 +23,7 @@ class _Section(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class Fleet(_Section, frozen=True, kw_only=True):
-    """The robots and their places: `places` lists them, `start` and `spacing_m` make a queue, or random."""
+    """The robots and their places: a list (`places`), a queue (`start`, `spacing_m`) or `deployment`."""
 
     robots: Annotated[int, Meta(ge=1, le=ROBOTS_MAX, description="number of robots; `-n` overrides it")]
     robot_radius_m: Annotated[Length, Meta(description="m, radius of a robot's disc; 0 is a point")]
@@ -100,11 +100,11 @@ class SensorSection(_Section, frozen=True, kw_only=True):
 class DriveSection(_Section, frozen=True, kw_only=True):
     """The speeds and errors of the drives; equation (1) of the paper requires v_min < v < v_max."""
 
-    speed_mps: Annotated[SomeSpeed, Meta(description="m/s, speed of the robots; v; bodies refuse more")]
+    speed_mps: Annotated[SomeSpeed, Meta(description="m/s, speed of the robots (v); bodies refuse more")]
     speed_mps_min: Annotated[
-        float, Meta(ge=0.0, le=SPEED_MPS_MAX, description="m/s, bodies refuse this speed and below; v_min")
+        float, Meta(ge=0.0, le=SPEED_MPS_MAX, description="m/s, bodies refuse this speed and below (v_min)")
     ]
-    speed_mps_max: Annotated[SomeSpeed, Meta(description="m/s, of the drives; speed_mps is below it; v_max")]
+    speed_mps_max: Annotated[SomeSpeed, Meta(description="m/s, limit of the drives (v_max), above speed_mps")]
     turn_rate_radps: Annotated[float, Meta(gt=0.0, le=100.0, description="rad/s, turn rate on the spot")]
     heading_error_rad: Annotated[
         float, Meta(ge=0.0, le=0.1, description="rad, largest error of a body's heading")

@@ -1,1 +1,1 @@
-"""What the journals of a run's robots tell: messages and their ways, the cores' states, causes."""
+"""What the journals of a run's robots show: messages and their fates, the cores' states, and causes."""

@@ -359,7 +359,7 @@ def test_an_old_or_late_state_does_not_end_a_silence(number: int, t_s: float) ->
 # --- counters and the way back ----------------------------------------------------------------------
 
 
-def test_counts_since_the_strand_has_come_on_begin_anew_when_the_path_has_grown_towards_the_goal() -> None:
+def test_counts_since_the_strand_advanced_begin_anew_when_the_path_has_grown_towards_the_goal() -> None:
     path = queue_path(ORDER, PLACES)
     counters = Counters(steps=4, turns=2, dissolved=1, led_in_vain=(1,), locked_in=(1, 2))
     told = formation(2, ORDER, PLACES, {3: 2.0, 2: 1.0, 1: 0.0}, path, back_by_m=1.0, counters=counters)
@@ -372,7 +372,7 @@ def test_counts_since_the_strand_has_come_on_begin_anew_when_the_path_has_grown_
 
 
 @pytest.mark.parametrize(("steps", "turns"), [([0.9], 2), ([1.1], 0), ([0.9, -0.9, 0.9], 2)])
-def test_a_strand_has_come_on_when_its_leader_stands_further_off_than_robots_keep(
+def test_a_strand_has_advanced_when_its_leader_stands_further_off_than_robots_keep(
     steps: list[float], turns: int
 ) -> None:
     """Locked in, leaders still creep, or go to and fro; if that were hope, no other robot would lead."""
