@@ -16,7 +16,7 @@ from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 from enum import Enum, auto
 
-SILENCE_S = 1.0  # docs/run.md
+SILENCE_S = 1.0  # docs/processes.md
 GONE_S = 0.2  # wall: 40 times what Zenoh takes to close a link on an idle machine
 
 

@@ -3,7 +3,7 @@
 Rule 1: a test is played again in rehearsals with fewer faults, as long as it fails at the same line with the
         same exception. So the plan that is left holds the faults that matter to the test, whatever it claims.
 Rule 2: so is a live test; if it does not fail in a rehearsal with all its faults, it keeps them all, and the
-        message says so: its cause is then in what differs live (docs/faults.md).
+        message says so: its cause is then in what differs live (docs/chaos.md).
 """
 
 import shlex

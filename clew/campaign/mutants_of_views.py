@@ -278,7 +278,7 @@ OF_VIEWS = (
     ),
     mutant(
         "neighbours-hide-nothing",
-        "P4 of docs/fleets.md: no hit is left out of a permission; here those within 0.6 m are",
+        "M4 of docs/fleets.md: no hit is left out of a permission; here those within 0.6 m are",
         "agents/body/watch.py",
         "    walls = scan_walls(view, mission)  # rule 1: no hit is left out\n",
         "    walls = scan_walls(view, mission, leave_out=view.ranges_m < 0.6)\n",

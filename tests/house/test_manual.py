@@ -35,8 +35,8 @@ BY_HAND = {
         SECTION,
         ClassFigures.__struct_fields__,
     ),
-    "chaos": ("faults.md", "\n| field of `chaos.json` | meaning |\n", "\n\n", Chaos.__struct_fields__),
-    "a run of chaos": ("faults.md", "\n| field of a run | meaning |\n", "\n\n", ChaosRun.__struct_fields__),
+    "chaos": ("chaos.md", "\n| field of `chaos.json` | meaning |\n", "\n\n", Chaos.__struct_fields__),
+    "a run of chaos": ("chaos.md", "\n| field of a run | meaning |\n", "\n\n", ChaosRun.__struct_fields__),
     "a verdict": ("verdict.md", "\n| field | meaning |\n", "\n\n", Verdict.__struct_fields__),
 }
 

@@ -129,7 +129,7 @@ def test_the_verb_rehearses_all_fleets_and_says_which_one_failed(tmp_path: Path)
 # --- each premise of docs/fleets.md is needed ---------------------------------------------------------
 
 
-def test_p1_fleets_that_are_faster_than_the_others_believe_touch(
+def test_m1_fleets_that_are_faster_than_the_others_believe_touch(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(SharedGround, "speed_mps_max", property(lambda _: 0.02))
@@ -143,12 +143,12 @@ def test_p1_fleets_that_are_faster_than_the_others_believe_touch(
     assert any(map(touches, (0.025, 0.0, 0.05)))
 
 
-def test_p2_fleets_that_are_not_seen_are_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_m2_fleets_that_are_not_seen_are_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Sensor, "share_ground", lambda *_: None)
     assert contacts(rehearsed(shared(), tmp_path, until_s=MEET_S))
 
 
-def test_p3_fleets_whose_bodies_drive_on_after_their_permission_touch(
+def test_m3_fleets_whose_bodies_drive_on_after_their_permission_touch(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def permit(self: Driver, until_s: float) -> None:
@@ -158,7 +158,7 @@ def test_p3_fleets_whose_bodies_drive_on_after_their_permission_touch(
     assert contacts(rehearsed(shared(), tmp_path, until_s=MEET_S))
 
 
-def test_p4_fleets_whose_hits_are_taken_for_the_own_strand_touch(
+def test_m4_fleets_whose_hits_are_taken_for_the_own_strand_touch(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     lane = np.array([[0.0, LANE_M], [7.0, LANE_M]])

@@ -144,7 +144,7 @@ class Judge:
         tolerance = Tolerance(
             mu0_m=law.mu0_m,
             heading_error_rad=scenario.drive.heading_error_rad,
-            # Other fleets rely on that one, and not on what bodies could do (docs/fleets.md, P1).
+            # Other fleets rely on that one, and not on what bodies could do (docs/fleets.md, M1).
             speed_mps_max=scenario.drive.speed_mps,
         )
         self._distances = Distances(scenario)

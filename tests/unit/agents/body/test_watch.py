@@ -128,7 +128,7 @@ def test_within_the_time_nobody_can_touch_the_moving_hull(x_m: float, y_m: float
 
 @given(st.floats(0.31, 0.6), st.floats(-np.pi, np.pi), st.floats(0.2, 0.5), st.floats(-0.5, 0.5))
 def test_nor_who_is_hidden_behind_a_robot(off_m: float, bearing: float, behind_m: float, turn: float) -> None:
-    """P4 of docs/fleets.md: any robot near by, and anybody behind it."""
+    """M4 of docs/fleets.md: any robot near by, and anybody behind it."""
     hulls, at = [], np.zeros(2)
     for way_m, heading in ((off_m, bearing), (behind_m, bearing + turn)):
         at = at + way_m * np.array([np.cos(heading), np.sin(heading)])

@@ -1,4 +1,4 @@
-"""P4 of docs/fleets.md: no hit is left out of a permission. A random search of straight drives found this."""
+"""M4 of docs/fleets.md: no hit is left out of a permission. A random search of straight drives found this."""
 
 import math
 from collections.abc import Sequence
