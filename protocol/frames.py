@@ -14,7 +14,8 @@ Seconds = Annotated[float, Meta(ge=0.0, le=1e9)]
 SPEED_MPS_MAX = 100.0
 Speed = Annotated[float, Meta(ge=0.0, le=SPEED_MPS_MAX)]
 Radians = Annotated[float, Meta(ge=-math.pi, le=math.pi)]
-Count = Annotated[int, Meta(ge=0, le=2**53)]  # 2**53: JSON readers keep integers exact up to here
+COUNT_MAX = 2**53  # JSON readers keep integers exact up to here
+Count = Annotated[int, Meta(ge=0, le=COUNT_MAX)]
 ROBOTS_MAX = 2000  # what a robot has sent to so many fits into one `robot.settled` of 33 kB
 VERTICES_MAX = 4000  # of a formation's path: not so many fit into its record
 FLEETS_MAX = 250  # on one ground: 1,000 robots as strands of four
@@ -43,6 +44,11 @@ class Vertex(Struct, frozen=True, gc=False, kw_only=True):
     x_m: Metres
     y_m: Metres
     s_m: Length
+
+
+def one_more(count: int) -> int:
+    """The next count. After the last that a message has room for, which a peer may have told, that again."""
+    return min(count + 1, COUNT_MAX)
 
 
 def wrap(angle_rad: float) -> float:

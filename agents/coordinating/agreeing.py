@@ -13,7 +13,7 @@ from agents.coordinating.order import places_of, positions
 from agents.coordinating.turnabout import Turning, turned_round
 from protocol.arrays import distances_to_segments, xy
 from protocol.fence import Cause, Epoch
-from protocol.frames import Point
+from protocol.frames import Point, one_more
 from protocol.mission import Bounds
 from protocol.path import Path
 from protocol.timeline import RobotStranded
@@ -109,7 +109,7 @@ class Agreement:
         return replace(
             _locked_in(counters, reports, newest.counted),
             steps=max(report.counters.steps for report in reports.values()),
-            heals=counters.heals + self.intent.heals,
+            heals=one_more(counters.heals) if self.intent.heals else counters.heals,
         )
 
     def led_in_vain(self, reports: Reports) -> tuple[int, ...]:

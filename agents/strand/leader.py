@@ -52,7 +52,7 @@ from agents.navigation.sure import closer
 from agents.strand.dead_end import Room, way_back_m
 from agents.strand.visited import Visited
 from protocol.arrays import Floats, xy
-from protocol.frames import Pose
+from protocol.frames import COUNT_MAX, Pose
 from protocol.laws import find
 from protocol.mission import BRIEF_S, Mission
 from protocol.sweep import Place
@@ -116,8 +116,8 @@ class Leader:
         return self._forgot
 
     def count_on(self, steps: int) -> None:
-        """Count on from another leader's steps."""
-        self._steps = max(self._steps, steps)
+        """Count on from another leader's steps; half of all counts are left for steps that are to come."""
+        self._steps = max(self._steps, min(steps, COUNT_MAX // 2))
 
     def release(self) -> None:
         """Give up the cells of the map: another robot leads."""

@@ -26,6 +26,7 @@ from agents.strand.news import Own
 from agents.strand.reversing import Reversing
 from agents.strand.strand import Strand
 from protocol.fence import Bearing, Cause
+from protocol.frames import one_more
 from protocol.mission import Mission
 from protocol.path import Path
 from protocol.timeline import (
@@ -154,9 +155,9 @@ class Member:
         counters = replace(counters, steps=max(counters.steps, self._memory.steps))
         match None if reason is None else reason.cause:
             case Cause.DEAD_END:
-                return replace(counters, turns=counters.turns + 1)
+                return replace(counters, turns=one_more(counters.turns))
             case Cause.BLOCKED:
-                return replace(counters, dissolved=counters.dissolved + 1)
+                return replace(counters, dissolved=one_more(counters.dissolved))
             case Cause.NO_WAY if self._robot not in counters.led_in_vain:
                 return replace(counters, led_in_vain=(*counters.led_in_vain, self._robot))
             case _:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from msgspec.structs import replace
 
 from agents.strand.leader import Leader
-from protocol.frames import Pose
+from protocol.frames import Pose, one_more
 from protocol.mission import Mission
 from protocol.sweep import Place
 from protocol.wire.messages import Handover
@@ -67,7 +67,7 @@ class Memory:
     def hand_on(self, acknowledged: int) -> None:
         """Make a new hand-over as leader, newer than any that robots behind have acknowledged."""
         assert self._leader is not None, "only a leader hands over"
-        number = max(self.number, acknowledged) + 1
+        number = one_more(max(self.number, acknowledged))
         self._handover = Handover(number=number, steps=self.steps, seen=self.seen)
 
     def leader(self, here: Pose) -> Leader:

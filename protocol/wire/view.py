@@ -119,8 +119,8 @@ class Join(Struct, frozen=True, gc=False, kw_only=True):
     """Where the strand of the draft ends, for the robot that has the turn."""
 
     turn: Count
-    strand: Annotated[tuple[Point, ...], Meta(max_length=ROBOTS_MAX)]
-    """Where those in place stand, leader first."""
+    strand: Annotated[tuple[Point, ...], Meta(min_length=1, max_length=ROBOTS_MAX)]
+    """Where those in place stand, leader first. Nobody can join a strand of nobody."""
     waiting: Annotated[tuple[Point, ...], Meta(max_length=ROBOTS_MAX)]
     """Where all others stand that have reported, this robot apart."""
     robots: Robots

@@ -17,7 +17,7 @@ from protocol.frames import ROBOTS_MAX, Pose
 from protocol.timeline import Entry, RouteLost, StrandJoined
 from protocol.wire.codec import SCHEMA_VERSION, SEAL_BYTES, SIZE_MAX_BYTES, decode, encode, sealed
 from protocol.wire.messages import Ask, LogBatch, Message, Scan
-from protocol.wire.view import Formation
+from protocol.wire.view import Answer, Formation, Join
 from tests.support.strategies.message_strategies import MESSAGE_TYPES, messages, values_of
 
 NUMBERS = st.integers(0, 2**53)
@@ -183,6 +183,13 @@ def test_a_rank_or_a_number_of_members_that_no_fleet_has_is_refused(rank: int, m
     for message in (LogBatch(entries=(joined,)), told):
         with pytest.raises(MessageRefusedError, match=f"<= {ROBOTS_MAX}"):
             decode(encode(message, 1))
+
+
+def test_a_strand_of_nobody_that_a_robot_is_to_join_is_refused() -> None:
+    """It looks for a place behind the last one: such an answer ended the process of a robot in its turn."""
+    join = Join(turn=1, strand=(), waiting=(), robots=(), line=(), last_leg=0)
+    with pytest.raises(MessageRefusedError, match="length >= 1"):
+        decode(encode(Answer(epoch=Epoch(), life=1, heard=1, join=join), 1))
 
 
 @pytest.mark.parametrize("part", ["v", "n", "m"])
