@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agents.commands import AskScan
-from agents.events import TokenCame
 from agents.process.journal import Given, Head, Journal, Recording, Turn, decision, open_journal
 from protocol.errors import UsageError
+from protocol.process.tokens import TokenCame
 from tests.support.strategies.examples import examples
 from world.scenario.scenario import load
 
