@@ -14,7 +14,7 @@ the files in [docs/performance](performance), which `clew bench ... --json` made
 A figure is the median of its repeats, with the first and third quartile in brackets. A ratio is the figure
 divided by its baseline, repeat by repeat. A figure is true of its commit and its machine only.
 """
-TIMES = ("s", "ms", "us")
+TIMES = ("s", "ms", "us", "simulated s")
 ROWS = ("| figure | unit | measured | baseline | ratio | aim | |", "|---|---|---|---|---|---|---|")
 
 
