@@ -2,6 +2,7 @@
 
 from msgspec import Struct
 
+from protocol.process.tokens import TokenCame, TokenWent
 from protocol.wire.messages import AheadState, BehindState, Odometry, Scan
 from protocol.wire.view import ViewMessage
 
@@ -32,20 +33,6 @@ class LinkHeard(Struct, frozen=True, gc=False):
     robot: int
     number: int
     state: AheadState | BehindState
-
-
-class TokenCame(Struct, frozen=True, gc=False):
-    """The liveliness token of a process has appeared; robot 0 is the world."""
-
-    robot: int
-    incarnation: str
-
-
-class TokenWent(Struct, frozen=True, gc=False):
-    """A liveliness token has gone: the process died, is frozen or cut off; or this robot is cut off."""
-
-    robot: int
-    incarnation: str
 
 
 class TokensSeen(Struct, frozen=True, gc=False):

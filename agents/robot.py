@@ -14,22 +14,13 @@ from agents.body.senses import Senses
 from agents.commands import Command, Order
 from agents.coordinating.drafted import Drafted
 from agents.coordinating.phases import Phase
-from agents.events import (
-    Event,
-    LinkHeard,
-    OdometryHeard,
-    ScanHeard,
-    TokenCame,
-    TokensSeen,
-    TokensWatched,
-    TokenWent,
-    ViewHeard,
-)
+from agents.events import Event, LinkHeard, OdometryHeard, ScanHeard, TokensSeen, TokensWatched, ViewHeard
 from agents.membership.membership import Membership
 from agents.membership.states import State
 from agents.strand.member import Member
 from protocol.fence import Fence, Life, May
 from protocol.mission import Mission
+from protocol.process.tokens import TokenCame, TokenWent
 from protocol.wire.link import Link
 from protocol.wire.messages import AheadState, BehindState, Drive, Odometry
 

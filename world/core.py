@@ -22,6 +22,7 @@ from protocol.errors import MessageRefusedError
 from protocol.fence import NOBODY_NUMBER, Change
 from protocol.keys import robot_name, robot_number
 from protocol.mission import start_wall_s
+from protocol.process.tokens import TokenCame, TokenWent
 from protocol.timeline import (
     MessageRefused,
     PromiseBroken,
@@ -47,8 +48,6 @@ from world.events import (
     OrderHeard,
     ScanAsked,
     StopAsked,
-    TokenCame,
-    TokenWent,
 )
 from world.judge.ending import ASKED, Ending
 from world.judge.judgement import Judge, Judgement

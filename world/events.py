@@ -4,6 +4,7 @@ from msgspec import Struct
 
 from protocol.exit_codes import ExitCode
 from protocol.fence import Change
+from protocol.process.tokens import TokenCame, TokenWent
 from protocol.timeline import Entry
 from protocol.wire.messages import Drive
 
@@ -27,20 +28,6 @@ class ScanAsked(Struct, frozen=True, gc=False):
 
     robot: int
     revolutions: int
-
-
-class TokenCame(Struct, frozen=True, gc=False):
-    """A robot's liveliness token has appeared."""
-
-    robot: int
-    incarnation: str
-
-
-class TokenWent(Struct, frozen=True, gc=False):
-    """A robot's liveliness token has vanished."""
-
-    robot: int
-    incarnation: str
 
 
 class EntryWritten(Struct, frozen=True, gc=False):

@@ -28,6 +28,7 @@ from protocol.keys import WORLD, robot_name, robot_number
 from protocol.network.faulty_transport import Conditions, FaultyTransport
 from protocol.network.session import Session
 from protocol.network.transport import Appeared, Arrival, Asked, Heard, Listed, Refused, Transport, Vanished
+from protocol.process.tokens import TokenCame, TokenWent
 from protocol.timeline import Entry, Record
 from protocol.wire.messages import Drive, LogBatch, Logged, Message, Phase, ScanQuery
 from world.closing import Circumstances, verdict_of
@@ -42,8 +43,6 @@ from world.events import (
     OrderHeard,
     ScanAsked,
     StopAsked,
-    TokenCame,
-    TokenWent,
 )
 from world.faults import RunFaults
 from world.geometry.rays import NearDiscs

@@ -19,16 +19,7 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from agents.commands import AskScan, Command, Note, Order, Put, Say, Tell
-from agents.events import (
-    Event,
-    LinkHeard,
-    OdometryHeard,
-    ScanHeard,
-    TokenCame,
-    TokensWatched,
-    TokenWent,
-    ViewHeard,
-)
+from agents.events import Event, LinkHeard, OdometryHeard, ScanHeard, TokensWatched, ViewHeard
 from agents.process.addresses import ALL_ALIVE
 from agents.process.asking import mission_times_s
 from agents.process.failure import failed
@@ -51,6 +42,7 @@ from protocol.network.session import Session
 from protocol.network.traffic import in_parts
 from protocol.network.transport import Appeared, Arrival, Heard, Listed, Refused, Transport, Vanished
 from protocol.network.zenoh_transport import open_transport
+from protocol.process.tokens import TokenCame, TokenWent
 from protocol.timeline import MessageRefused, Record, RobotFailed, RobotSettled, RobotStarted, TrafficCounted
 from protocol.wire.messages import (
     AheadState,

@@ -9,9 +9,10 @@ Rule 2: tokens that come one after the other are one event. Each event is a step
 from collections.abc import Sequence
 from itertools import groupby
 
-from agents.events import TokenCame, TokensSeen
+from agents.events import TokensSeen
 from agents.process.addresses import ALL_ALIVE
 from agents.process.journal import Given
+from protocol.process.tokens import TokenCame
 
 
 def beside(robot: int) -> int:

@@ -3,6 +3,7 @@
 Rule 1: nobody kills a robot here, so every death in a verdict is false.
 """
 
+import math
 from collections.abc import Sequence
 
 from msgspec import Struct
@@ -28,27 +29,6 @@ class BusyRun(Struct, frozen=True, kw_only=True):
     """From the launcher's start to its end."""
     speed_reached: float | None = None
 
-    @property
-    def ok(self) -> bool:
-        """Whether all arrived, nobody was held for dead, and no promise was broken."""
-        return 0 < self.robots == self.robots_arrived and self.false_deaths == self.violations == 0
-
-
-class BusyFigures(Struct, frozen=True, kw_only=True):
-    """All runs together."""
-
-    busy: int
-    """Processes beside the fleet that compute all the time."""
-    cores: int
-    load: float
-    """The machine's load average at the end."""
-    runs: tuple[BusyRun, ...]
-
-    @property
-    def ok(self) -> bool:
-        """Whether every run was well."""
-        return len(self.runs) > 0 and all(run.ok for run in self.runs)
-
 
 def busy_run(verdict: Verdict | None, said: Sequence[str], *, launcher_s: float) -> BusyRun:
     """What became of one run."""
@@ -68,14 +48,14 @@ def busy_run(verdict: Verdict | None, said: Sequence[str], *, launcher_s: float)
     )
 
 
-def common(found: BusyFigures) -> list[Figure]:
-    """The figures of all runs; a run without a verdict has reached no speed."""
-    runs = found.runs
+def figures(runs: Sequence[BusyRun]) -> list[Figure]:
+    """The figures of all runs; of a run without a verdict nobody has arrived, and it has reached no speed."""
+    none = Aim(at_most=0.0, each=True)
+    away = [run.robots - run.robots_arrived if run.robots else math.inf for run in runs]
     return [
-        figure("held for dead", "robots", [run.false_deaths for run in runs], aim=Aim(at_most=0.0)),
-        figure(
-            "not arrived", "robots", [run.robots - run.robots_arrived for run in runs], aim=Aim(at_most=0.0)
-        ),
+        figure("held for dead", "robots", [run.false_deaths for run in runs], aim=none),
+        figure("not arrived", "robots", away, aim=none),
+        figure("promises broken", "", [run.violations for run in runs], aim=none),
         figure("speed reached", "times real time", [run.speed_reached or 0.0 for run in runs]),
         figure("launcher's start to end", "s", [run.launcher_s for run in runs]),
     ]

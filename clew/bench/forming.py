@@ -95,13 +95,6 @@ def forming(robots: int, *, cpu: Clock) -> Forming:
     )
 
 
-def is_quick(rows: Sequence[Forming]) -> bool:
-    """Whether all fleets have formed, and those up to the bound within its time."""
-    return all(
-        row.formed_s is not None and (row.robots > BOUND_ROBOTS or row.cpu_s <= BOUND_CPU_S) for row in rows
-    )
-
-
 def figures(rows: Sequence[Forming]) -> list[Figure]:
     """The figures of some queues, each rehearsed once."""
     return [
@@ -112,8 +105,9 @@ def figures(rows: Sequence[Forming]) -> list[Figure]:
                 f"{row.robots} robots: CPU time until formed",
                 "s",
                 [row.cpu_s if row.formed_s is not None else math.inf],
-                aim=Aim(at_most=BOUND_CPU_S) if row.robots <= BOUND_ROBOTS else None,
+                aim=Aim(at_most=BOUND_CPU_S if row.robots <= BOUND_ROBOTS else None),
             ),
             figure(f"{row.robots} robots: messages per robot", "", [row.messages_per_robot]),
+            figure(f"{row.robots} robots: messages of the coordinator", "", [row.coordinator_messages]),
         )
     ]

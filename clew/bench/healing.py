@@ -10,13 +10,12 @@ Rule 3: each run has the fault at another moment, so that no single phase of a p
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from enum import StrEnum
 
 from msgspec import Struct
 
 from clew.bench.result import Aim, Figure, figure
-from clew.percentiles import percentile
 from clew.rehearsal.logbook import NTP64_PER_S
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Freeze, Kill
@@ -43,9 +42,9 @@ class LeaderFault(StrEnum):
     FREEZE = "freeze"
 
     @property
-    def ordered_s_max(self) -> float | None:
-        """Bound of the median time until the next leader's first order; None: none is asked for."""
-        return ORDERED_S_MAX if self is LeaderFault.KILL else None
+    def ordered_aim(self) -> Aim:
+        """Of the time until the next leader's first order."""
+        return Aim(at_most=ORDERED_S_MAX) if self is LeaderFault.KILL else Aim(each=True)
 
     @property
     def detection_s_max(self) -> float:
@@ -72,37 +71,14 @@ class Healing(Struct, frozen=True, kw_only=True):
     """From the cause until the next leader said that the strand drives again."""
 
 
-class Times(Struct, frozen=True, kw_only=True):
-    """Percentiles of a time over the runs; `ok`: the one that has the bound is within it."""
-
-    p50_s: float
-    p99_s: float
-    bound_s: float | None
-    ok: bool
-
-
-class HealingFigures(Struct, frozen=True, kw_only=True):
-    """Figures of the runs with one fault."""
+class HealingRuns(Struct, frozen=True, kw_only=True):
+    """The runs with one fault."""
 
     fault: LeaderFault
-    runs: int
-    never: int
-    """Runs in which an event never came."""
-    detection: Times | None
-    succession: Times | None
-    ordered: Times | None
-    """Its bound is of the median."""
-    healed: Times | None
     loads: tuple[float, ...]
     """The machine's load average after each run."""
     each: tuple[Healing | None, ...]
     """None: the fault never happened."""
-
-    @property
-    def ok(self) -> bool:
-        """Whether every run was within the bounds."""
-        times = (self.detection, self.succession, self.ordered)
-        return self.never == 0 and all(each is not None and each.ok for each in times)
 
 
 def healing_in(lines: Iterable[tuple[str, Entry]]) -> Healing | None:
@@ -142,46 +118,28 @@ def healing_in(lines: Iterable[tuple[str, Entry]]) -> Healing | None:
     )
 
 
-def figures_of(
-    fault: LeaderFault, measured: Sequence[Healing | None], loads: Sequence[float]
-) -> HealingFigures:
-    """Figures of the runs."""
-    known = [each for each in measured if each is not None]
-    whole = [
-        each
-        for each in known
-        if None not in (each.detection_s, each.succession_s, each.ordered_s, each.healed_s)
-    ]
-    return HealingFigures(
-        fault=fault,
-        runs=len(measured),
-        never=len(measured) - len(whole),
-        detection=_times([each.detection_s for each in known], fault.detection_s_max),
-        succession=_times([each.succession_s for each in known], SUCCESSION_S_MAX),
-        ordered=_times([each.ordered_s for each in known], fault.ordered_s_max, judged=50),
-        healed=_times([each.healed_s for each in known], None),
-        loads=tuple(loads),
-        each=tuple(measured),
-    )
-
-
-def common(row: HealingFigures) -> list[Figure]:
+def figures(runs: HealingRuns) -> list[Figure]:
     """The figures of the runs with one fault; a run without a fault is a run in which nothing ever came."""
-    fault, each = row.fault, [one or Healing(cause_s=0.0) for one in row.each]
-    asked = (
-        ("fault to detection", [one.detection_s for one in each], fault.detection_s_max),
-        ("detection to succession", [one.succession_s for one in each], SUCCESSION_S_MAX),
-        ("fault to the next leader's first order", [one.ordered_s for one in each], fault.ordered_s_max),
-        ("fault to healing", [one.healed_s for one in each], None),
+    fault, each = runs.fault, [one or Healing(cause_s=0.0) for one in runs.each]
+    times = (
+        (
+            "fault to detection",
+            [one.detection_s for one in each],
+            Aim(at_most=fault.detection_s_max, each=True),
+        ),
+        (
+            "detection to succession",
+            [one.succession_s for one in each],
+            Aim(at_most=SUCCESSION_S_MAX, each=True),
+        ),
+        ("fault to the next leader's first order", [one.ordered_s for one in each], fault.ordered_aim),
+        ("fault to healing", [one.healed_s for one in each], Aim(each=True)),
     )
     return [
         figure(
-            f"{fault}: {name}",
-            "s",
-            [math.inf if time_s is None else time_s for time_s in times_s],
-            aim=None if bound_s is None else Aim(at_most=bound_s),
+            f"{fault}: {name}", "s", [math.inf if time_s is None else time_s for time_s in times_s], aim=aim
         )
-        for name, times_s, bound_s in asked
+        for name, times_s, aim in times
     ]
 
 
@@ -193,12 +151,3 @@ def wall_s(entry: Entry) -> float:
 
 def _is_process_fault(entry: Entry) -> bool:
     return isinstance(entry.record, FaultInjected) and entry.record.process is not None
-
-
-def _times(times_s: Sequence[float | None], bound_s: float | None, *, judged: int = 99) -> Times | None:
-    """`judged`: the percentile that has the bound."""
-    known_s = [each_s for each_s in times_s if each_s is not None]
-    if not known_s:
-        return None
-    p50_s, p99_s, judged_s = (percentile(known_s, percent) for percent in (50, 99, judged))
-    return Times(p50_s=p50_s, p99_s=p99_s, bound_s=bound_s, ok=bound_s is None or judged_s <= bound_s)

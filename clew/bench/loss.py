@@ -11,7 +11,6 @@ from enum import StrEnum
 from msgspec import Struct
 
 from clew.bench.result import Aim, Figure, figure
-from clew.percentiles import percentile
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.rules import Drop, MessageKind
@@ -35,6 +34,7 @@ class Reach(StrEnum):
         return ("ahead", "behind", "report", "answer", "formation", "plea") if self is Reach.LINKS else ()
 
 
+UNIT, WITHOUT = "simulated s", "without loss"
 NAMES = {Reach.LINKS: "messages between robots", Reach.ALL: "all messages"}
 
 
@@ -74,74 +74,24 @@ def rehearsed(scenario: Scenario, plan: Plan, seed: int) -> Crossing:
     return Crossing(seed=seed, time_s=world.over_s if has_arrived else None, violations=broken)
 
 
-def median_s(crossings: Sequence[Crossing]) -> float:
-    """The median time; infinite where most did not arrive."""
-    return percentile(_times_s(crossings), 50)
-
-
-def worst_s(crossings: Sequence[Crossing]) -> float:
-    """The longest time; infinite where one fleet did not arrive."""
-    return max(_times_s(crossings))
-
-
-def slowdowns(points: Sequence[LossPoint]) -> dict[float, float]:
-    """By rate of loss on links: median time of the rehearsals, divided by that without loss."""
-    by_rate = {point.rate: median_s(point.rehearsed) for point in points if point.reach is Reach.LINKS}
-    return {rate: time_s / by_rate[0.0] for rate, time_s in sorted(by_rate.items())}
-
-
-def within_bounds(points: Sequence[LossPoint]) -> bool:
-    """Whether loss between robots costs no more time than it may."""
-    return all(
-        times <= BOUNDS[rate] if rate in BOUNDS else math.isfinite(times)
-        for rate, times in slowdowns(points).items()
-    )
-
-
 def figures(points: Sequence[LossPoint]) -> list[Figure]:
-    """The rehearsals of each point beside those without loss of the same seeds."""
+    """The rehearsals of each point beside those without loss of the same seeds; live runs; what all broke."""
     free = {point.reach: _times_s(point.rehearsed) for point in points if point.rate == 0.0}
-    return [
-        figure(
-            f"{100.0 * point.rate:.0f} % of {NAMES[point.reach]} lost",
-            "simulated s",
-            _times_s(point.rehearsed),
-            baselines={"without loss": free[point.reach]} if point.rate else None,
-            aim=_aim(point),
-        )
-        for point in points
-    ]
+    found: list[Figure] = []
+    for point in points:
+        name = f"{100.0 * point.rate:.0f} % of {NAMES[point.reach]} lost"
+        beside = {WITHOUT: free[point.reach]} if point.rate else None
+        found.append(figure(name, UNIT, _times_s(point.rehearsed), baselines=beside, aim=_aim(point)))
+        if point.live:
+            found.append(figure(f"{name}, live", UNIT, _times_s(point.live)))
+    broken = [each.violations for point in points for each in (*point.rehearsed, *point.live)]
+    return [*found, figure("promises broken in a run", "", broken, aim=Aim(at_most=0.0, each=True))]
 
 
 def _aim(point: LossPoint) -> Aim | None:
-    if point.reach is not Reach.LINKS or point.rate not in BOUNDS:
+    if point.reach is not Reach.LINKS:
         return None
-    return Aim(of="without loss", at_most=BOUNDS[point.rate])
-
-
-def table(points: Sequence[LossPoint]) -> str:
-    """The times in Markdown, a row for each rate."""
-    rows = []
-    for rate in sorted({point.rate for point in points}):
-        cells = [f"{100.0 * rate:.0f} %"]
-        for reach in Reach:
-            (point,) = (each for each in points if (each.reach, each.rate) == (reach, rate))
-            live = ", ".join(said_s(each.time_s) for each in point.live) or "-"
-            cells += [said_s(median_s(point.rehearsed)), said_s(worst_s(point.rehearsed)), live]
-        rows.append(f"| {' | '.join(cells)} |")
-    return "\n".join(
-        [
-            "| loss | links: median, s | worst | live | every message: median, s | worst | live |",
-            "|---|---|---|---|---|---|---|",
-            *rows,
-            "",
-        ]
-    )
-
-
-def said_s(time_s: float | None) -> str:
-    """A time in words."""
-    return f"{time_s:.1f}" if time_s is not None and math.isfinite(time_s) else "never"
+    return Aim(of=WITHOUT, at_most=BOUNDS[point.rate]) if point.rate in BOUNDS else Aim()
 
 
 def _times_s(crossings: Sequence[Crossing]) -> list[float]:

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+from msgspec.structs import replace
+
 from clew.bench.result import Aim, Figure, Result, Spread
 
 HEAD = """# Performance
@@ -12,7 +14,7 @@ the files in [docs/performance](performance), which `clew bench ... --json` made
 A figure is the median of its repeats, with the first and third quartile in brackets. A ratio is the figure
 divided by its baseline, repeat by repeat. A figure is true of its commit and its machine only.
 """
-TIMES = ("s", "ms", "us")
+TIMES = ("s", "ms", "us", "simulated s")
 ROWS = ("| figure | unit | measured | baseline | ratio | aim | |", "|---|---|---|---|---|---|---|")
 
 
@@ -45,7 +47,8 @@ def said_aim(aim: Aim | None) -> str:
         for word, bound in (("most", aim.at_most), ("least", aim.at_least))
         if bound is not None
     ]
-    return " and ".join(bounds) + (f" of {aim.of}" if aim.of else "")
+    said_bounds = " and ".join(bounds) or "to come"
+    return f"{'each ' if aim.each else ''}{said_bounds}{f' of {aim.of}' if aim.of else ''}"
 
 
 def said_met(figure: Figure) -> str:
@@ -70,8 +73,11 @@ def _reached(figure: Figure) -> str:
     """What the aim is compared with."""
     ratios = {each.name: said(each.ratio, figure.unit) for each in figure.baselines}
     aimed = figure.aim.of if figure.aim is not None else ""
-    unit = "" if figure.measured.median is None else figure.unit
-    return ratios.get(aimed, f"{said(figure.measured, figure.unit)} {unit}".rstrip())
+    measured = figure.measured
+    if figure.aim is not None and figure.aim.each:
+        measured = replace(measured, repeats=1, median=measured.most)
+    unit = "" if measured.median is None else figure.unit
+    return ratios.get(aimed, f"{said(measured, figure.unit)} {unit}".rstrip())
 
 
 def _section(result: Result) -> list[str]:

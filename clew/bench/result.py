@@ -4,11 +4,12 @@ Rule 1: a repeat is one whole run of the benchmark. Percentiles over what a run 
         are taken within the run; the spread is over the repeats.
 Rule 2: a baseline is measured in the same run, right beside. Its ratio is taken repeat by repeat, so that
         other load on the machine counts for both.
-Rule 3: an aim that is missed is a figure like any other. It fails no benchmark.
+Rule 3: a benchmark that can fail fails by the aims of its figures, and by nothing else: so the exit code, the
+        table and the page say the same. Of the others, a missed aim is a figure like any other.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from msgspec import Struct
@@ -41,19 +42,22 @@ class Baseline(Struct, frozen=True, kw_only=True):
 
 
 class Aim(Struct, frozen=True, kw_only=True):
-    """What a figure is to reach, in the median: at most or at least so much."""
+    """What a figure is to reach: at most or at least so much; without either, to come at all."""
 
     of: str = ""
     """The baseline whose ratio has the aim; empty: the figure itself."""
     at_most: float | None = None
     at_least: float | None = None
+    each: bool = False
+    """Whether every repeat is to reach it, and not only the median."""
 
-    def is_met(self, median: float | None) -> bool:
-        """Whether this median reaches it."""
-        return (
-            median is not None
-            and (self.at_most is None or median <= self.at_most)
-            and (self.at_least is None or median >= self.at_least)
+    def is_met(self, asked: Spread) -> bool:
+        """Whether these repeats reach it."""
+        return all(
+            value is not None
+            and (self.at_most is None or value <= self.at_most)
+            and (self.at_least is None or value >= self.at_least)
+            for value in ((asked.least, asked.most) if self.each else (asked.median,))
         )
 
 
@@ -140,8 +144,13 @@ def figure(
     measured, met = spread(values), None
     if aim is not None:
         asked = {"": measured, **{each.name: each.ratio for each in compared}}
-        met = aim.is_met(asked[aim.of].median)
+        met = aim.is_met(asked[aim.of])
     return Figure(name=name, unit=unit, measured=measured, baselines=compared, aim=aim, met=met)
+
+
+def all_met(figures: Iterable[Figure]) -> bool:
+    """Whether no aim is missed."""
+    return all(each.met is not False for each in figures)
 
 
 def _ratios(values: Sequence[float], beside: Sequence[float]) -> list[float]:

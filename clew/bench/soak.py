@@ -114,11 +114,6 @@ def figures(soak: Soak) -> list[Figure]:
     )
 
 
-def is_sound(found: Sequence[Figure]) -> bool:
-    """Whether no bound was passed."""
-    return all(each.met is not False for each in found)
-
-
 def _room_mb(before_mb: float) -> float:
     """Rule 2."""
     return max(GROWTH_MAX * before_mb, GROWTH_MB_MIN)

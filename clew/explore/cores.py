@@ -13,9 +13,7 @@ from agents.commands import AskScan, Order, Put, Say, Tell
 from agents.commands import Command as RobotCommand
 from agents.commands import Note as RobotNote
 from agents.events import Event as RobotEvent
-from agents.events import TokenCame as TokenSeen
 from agents.events import TokensWatched
-from agents.events import TokenWent as TokenMissed
 from agents.navigation.grid import Lattice
 from clew.explore.explorable import Breach
 from clew.explore.judge import judge_world
@@ -25,6 +23,7 @@ from clew.explore.trails import Trails
 from clew.rehearsal.mail import event_for_robot, event_for_world
 from protocol.fence import Fence
 from protocol.frames import Pose
+from protocol.process.tokens import TokenCame, TokenWent
 from protocol.timeline import Record
 from protocol.wire.messages import Drive, Message, ScanQuery
 from protocol.wire.view import Formation
@@ -33,7 +32,6 @@ from world.commands import Command as WorldCommand
 from world.commands import Note, ServeScan, TellOdometry
 from world.core import World
 from world.events import Event as WorldEvent
-from world.events import TokenCame, TokenWent
 
 
 class Core(Protocol):
@@ -233,7 +231,7 @@ def _handled(core: Core, event: RobotEvent, now_s: float) -> list[RobotCommand]:
 
 def to_robot(thing: Thing, letter: Letter) -> RobotEvent:
     """The event that a letter is for a robot's core."""
-    if isinstance(thing, TokenSeen | TokenMissed | TokensWatched):
+    if isinstance(thing, TokenCame | TokenWent | TokensWatched):
         return thing
     event = event_for_robot(thing, letter.sender, letter.number)
     assert event is not None, f"no message for a robot: {thing}"

@@ -12,9 +12,7 @@ Rule 5: contents of cores are compared when all letters have arrived, before tim
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from agents.events import TokenCame as TokenSeen
 from agents.events import TokensWatched
-from agents.events import TokenWent as TokenMissed
 from agents.robot import Robot
 from clew.explore.cores import Cores, Restart, RobotStep, Start, Thing, Tick, WorldStep
 from clew.explore.explorable import Breach, Fault, Rank
@@ -23,11 +21,11 @@ from clew.explore.moments import WORLD, Letter, Moment, Process
 from clew.explore.setting import NEVER_TICKS, Kind, Setting
 from protocol.fence import Fence, May
 from protocol.keys import robot_name
+from protocol.process.tokens import TokenCame, TokenWent
 from protocol.timeline import StepPlanned, StrandFormed
 from protocol.wire.messages import Drive, Odometry, Phase, Scan
 from world.bodies.arena import TICK_S
 from world.core import World
-from world.events import TokenCame, TokenWent
 
 NUMBERS_PER_TICK = 4096  # of the messages of one process
 LEASE_TICKS = 50  # 1 s: by then the router has dropped the token of a process that is cut off
@@ -324,18 +322,18 @@ class Fleet:
             lives=_put(state.lives, robot, count),
         )
         others = [(other, state.lives[other - 1]) for other in self._living(state) if other != robot]
-        seen = [(robot, TokenSeen(other, str(life))) for other, life in [(WORLD, 1), *others]]
-        shown: list[tuple[int, Thing]] = [(other, TokenSeen(robot, str(count))) for other, _ in others]
+        seen = [(robot, TokenCame(other, str(life))) for other, life in [(WORLD, 1), *others]]
+        shown: list[tuple[int, Thing]] = [(other, TokenCame(robot, str(count))) for other, _ in others]
         listed = (robot, TokensWatched(None))  # it has seen all that are shown, and watches them
         return self._with_tokens(state, [(WORLD, TokenCame(robot, str(count))), *shown, *seen, listed])
 
     def _kill(self, state: Moment, robot: int, back_ticks: int) -> Moment:
         """A robot's process dies, before it hears the letter in line; it is started again later, or never."""
         count = str(state.lives[robot - 1])
-        shown = TokenSeen(robot, count), TokenCame(robot, count)  # after a cut, if it had lived until then
-        later = tuple(each for each in state.later if self.cores.things[each[1].thing] not in shown)
+        shown = TokenCame(robot, count)  # after a cut, if it had lived until then
+        later = tuple(each for each in state.later if self.cores.things[each[1].thing] != shown)
         state = state._replace(robots=_put(state.robots, robot, None), later=later)
-        missed = [(other, TokenMissed(robot, count)) for other in self._living(state)]
+        missed = [(other, TokenWent(robot, count)) for other in self._living(state)]
         state = self._with_tokens(state, [(WORLD, TokenWent(robot, count)), *missed])
         if back_ticks == NEVER_TICKS:
             return state
@@ -349,15 +347,11 @@ class Fleet:
             return state
         lives = state.lives
         others = [other for other in self._living(state) if other != robot]
-        for after_ticks, to_world, to_robot in (
-            (LEASE_TICKS, TokenWent, TokenMissed),
-            (ticks, TokenCame, TokenSeen),
-        ):
-            own = str(lives[robot - 1])
-            tokens: list[tuple[int, Thing]] = [(WORLD, to_world(robot, own))]
-            tokens += [(other, to_robot(robot, own)) for other in others]
-            tokens += [(robot, to_robot(other, str(lives[other - 1]))) for other in others]
-            tokens += [(robot, to_robot(WORLD, "1"))]
+        for after_ticks, token_of in ((LEASE_TICKS, TokenWent), (ticks, TokenCame)):
+            own = token_of(robot, str(lives[robot - 1]))
+            tokens: list[tuple[int, Thing]] = [(observer, own) for observer in (WORLD, *others)]
+            tokens += [(robot, token_of(other, str(lives[other - 1]))) for other in others]
+            tokens += [(robot, token_of(WORLD, "1"))]
             for receiver, token in tokens:
                 letter = Letter(WORLD, receiver, 0, self.cores.things.add(token), False)
                 state = _later(state, after_ticks, letter)

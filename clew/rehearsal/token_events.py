@@ -1,13 +1,11 @@
 """What a change of tokens is to the process that sees it: events for a robot, or for the world."""
 
-from agents.events import TokenCame as TokenSeen
 from agents.events import TokensSeen, TokensWatched
-from agents.events import TokenWent as TokenMissed
 from agents.process import addresses
 from clew.rehearsal.tokens import Change, Look, Seen, Watched
-from world.events import TokenCame, TokenWent
+from protocol.process.tokens import TokenCame, TokenWent
 
-TokenEvent = TokenSeen | TokenMissed | TokensSeen | TokensWatched
+TokenEvent = TokenCame | TokenWent | TokensSeen | TokensWatched
 
 
 def to_robot(seen: Seen) -> TokenEvent:
@@ -18,7 +16,7 @@ def to_robot(seen: Seen) -> TokenEvent:
         case Watched(robots=robots):
             return TokensWatched(None if robots is None else tuple(sorted(robots)))
         case Change(process=process, incarnation=incarnation, came=came):
-            return (TokenSeen if came else TokenMissed)(process, incarnation)
+            return (TokenCame if came else TokenWent)(process, incarnation)
 
 
 def to_world(seen: Seen) -> list[TokenCame | TokenWent]:

@@ -1,7 +1,6 @@
 """`clew bench busy`: runs live fleets beside processes that keep the machine busy."""
 
 import contextlib
-import os
 import subprocess
 import sys
 import tempfile
@@ -15,13 +14,12 @@ import msgspec
 from clew.fleet.live import run_fleet
 from clew.verbs.bench_said import begin
 from clew.verbs.options import AS_JSON, FiniteRange, robots_option
-from clew.verbs.say import console, numbers_table
 from protocol.exit_codes import ExitCode
 from protocol.files.toml_text import toml_text
 from protocol.process.asked import terminable
 
 if TYPE_CHECKING:
-    from clew.bench.busy import BusyFigures, BusyRun
+    from clew.bench.busy import BusyRun
 
 BUSY_MAX = 200
 COMPUTES = "while True: pass"
@@ -56,7 +54,8 @@ def busy(
     SCENARIO is one of `clew rehearse`, or `queue`: robots in a straight queue on open ground. Exits with 1
     when a robot was declared dead, a promise was broken, or not all robots arrived.
     """
-    from clew.bench.busy import BusyFigures, common
+    from clew.bench.busy import figures
+    from clew.bench.result import all_met
 
     begun = begin("busy", f"Live fleets on {scenario} beside {processes} busy processes. A repeat is a run.")
     runs: list[BusyRun] = []
@@ -65,13 +64,9 @@ def busy(
         while sum(run.launcher_s for run in runs) < for_s:
             runs.append(_run(arguments, Path(folder) / f"run-{len(runs) + 1}", len(runs) + 1))
             click.echo(f"{len(runs)}: {runs[-1]}", err=True)
-    cores = os.cpu_count() or 1
-    figures = BusyFigures(busy=processes, cores=cores, load=os.getloadavg()[0], runs=tuple(runs))
-    if as_json:
-        begun.say_json(common(figures), figures)
-    else:
-        _print(figures)
-    ctx.exit(ExitCode.OK if figures.ok else ExitCode.FAILED)
+    found = figures(runs)
+    begun.say(f"Live fleets beside {processes} busy processes", found, runs, as_json=as_json)
+    ctx.exit(ExitCode.OK if all_met(found) else ExitCode.FAILED)
 
 
 def _arguments(scenario: str, robots: int | None, folder: Path) -> list[str]:
@@ -107,34 +102,3 @@ def _run(arguments: list[str], out: Path, seed: int) -> "BusyRun":
 
     ended = run_fleet([*arguments, "--seed", str(seed), "--out", str(out)], wall_s_max=QUEUE_S_MAX)
     return busy_run(verdict_in(out, Verdict), ended.said, launcher_s=ended.wall_s)
-
-
-def _print(figures: "BusyFigures") -> None:
-    columns = (
-        "run",
-        "robots",
-        "arrived",
-        "held for dead",
-        "violations",
-        "sim [s]",
-        "wall [s]",
-        "speed",
-        "in all [s]",
-    )
-    table = numbers_table(
-        *columns, title=f"Live fleets beside {figures.busy} busy processes on {figures.cores} cores"
-    )
-    for number, run in enumerate(figures.runs, start=1):
-        table.add_row(
-            f"{number}",
-            f"{run.robots}",
-            f"{run.robots_arrived}",
-            f"{run.false_deaths}",
-            f"{run.violations}",
-            f"{run.sim_s:.1f}",
-            f"{run.wall_s:.1f}",
-            "-" if run.speed_reached is None else f"{run.speed_reached:.2f}",
-            f"{run.launcher_s:.1f}",
-        )
-    console().print(table)
-    click.echo(f"{'OK' if figures.ok else 'FAILED'}; load average {figures.load:.1f}.")

@@ -7,7 +7,6 @@ import click
 
 from clew.verbs.bench_said import begin
 from clew.verbs.options import AS_JSON
-from clew.verbs.say import console, numbers_table
 from protocol.exit_codes import ExitCode
 from protocol.frames import ROBOTS_MAX
 
@@ -25,32 +24,14 @@ def forming_(ctx: click.Context, fleets: tuple[int, ...], *, as_json: bool) -> N
     Prints the CPU seconds, and how many messages each robot has sent until then. Exits with 1 when a queue
     did not form, or one of up to 200 robots took more than 10 CPU seconds.
     """
-    from clew.bench.forming import FLEETS, figures, forming, is_quick
+    from clew.bench.forming import FLEETS, figures, forming
+    from clew.bench.result import all_met
 
     begun = begin("forming", "Queues of robots on open ground, rehearsed until they have formed a strand.")
     rows: list[Forming] = []
     for robots in fleets or FLEETS:
         rows.append(forming(robots, cpu=time.process_time))
         click.echo(f"{robots} robots: {rows[-1].cpu_s:.2f} CPU s", err=True)
-    if as_json:
-        begun.say_json(figures(rows), rows)
-    else:
-        _print(rows)
-    ctx.exit(ExitCode.OK if is_quick(rows) else ExitCode.FAILED)
-
-
-def _print(rows: "list[Forming]") -> None:
-    from clew.bench.forming import BOUND_CPU_S, BOUND_ROBOTS
-
-    columns = ("robots", "formed at [s]", "CPU [s]", "messages per robot", "of the coordinator")
-    title = f"Queues until formed; bound: {BOUND_ROBOTS} robots in {BOUND_CPU_S:g} CPU s"
-    table = numbers_table(*columns, title=title)
-    for row in rows:
-        table.add_row(
-            f"{row.robots}",
-            "never" if row.formed_s is None else f"{row.formed_s:.2f}",
-            f"{row.cpu_s:.2f}",
-            f"{row.messages_per_robot:.1f}",
-            f"{row.coordinator_messages}",
-        )
-    console().print(table)
+    found = figures(rows)
+    begun.say("Queues until they have formed", found, rows, as_json=as_json)
+    ctx.exit(ExitCode.OK if all_met(found) else ExitCode.FAILED)

@@ -11,13 +11,13 @@ import click
 from clew.fleet.live import run_fleet
 from clew.verbs.bench_said import begin
 from clew.verbs.options import AS_JSON, runs_option
-from clew.verbs.say import console, warn
+from clew.verbs.say import warn
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan_text import FAULTS_FILE, plan_text
 from protocol.process.asked import terminable
 
 if TYPE_CHECKING:
-    from clew.bench.healing import Healing, HealingFigures, LeaderFault, Times
+    from clew.bench.healing import Healing, LeaderFault
 
 DRIVES_AGAIN = re.compile(rb'"kind":"strand.healed"(?s:.)*"kind":"order.accepted"[^\n]*"step":[1-9]')
 """The leader's first order after a heal, as the recorder writes it."""
@@ -36,14 +36,15 @@ def healing(ctx: click.Context, scenario: str, *, runs: int, as_json: bool) -> N
     In half of the runs the leader is killed, in the other half it is frozen. Each run ends as soon as its
     strand drives again. Exits with 1 when a time was over its bound or an event never came.
     """
-    from clew.bench.healing import LeaderFault, common, figures_of
+    from clew.bench.healing import HealingRuns, LeaderFault, figures
+    from clew.bench.result import all_met
     from world.scenario.scenario import load
 
     begun = begin(
         "healing", f"Live fleets on {scenario} lose their leader; wall-clock times. A repeat is a run."
     )
     load(scenario)  # report a bad scenario once, before any fleet starts
-    rows: list[HealingFigures] = []
+    rows: list[HealingRuns] = []
     for fault in LeaderFault:
         measured: list[Healing | None] = []
         loads: list[float] = []
@@ -51,12 +52,10 @@ def healing(ctx: click.Context, scenario: str, *, runs: int, as_json: bool) -> N
             measured.append(_measure(scenario, fault, run))
             loads.append(os.getloadavg()[0])
             click.echo(f"{fault} {run + 1} of {runs}: {measured[-1]}", err=True)
-        rows.append(figures_of(fault, measured, loads))
-    if as_json:
-        begun.say_json([each for row in rows for each in common(row)], rows)
-    else:
-        _print(rows)
-    ctx.exit(ExitCode.OK if all(row.ok for row in rows) else ExitCode.FAILED)
+        rows.append(HealingRuns(fault=fault, loads=tuple(loads), each=tuple(measured)))
+    found = [each for row in rows for each in figures(row)]
+    begun.say("Live fleets that lose their leader [wall-clock s]", found, rows, as_json=as_json)
+    ctx.exit(ExitCode.OK if all_met(found) else ExitCode.FAILED)
 
 
 def _measure(scenario: str, fault: "LeaderFault", run: int) -> "Healing | None":
@@ -77,45 +76,3 @@ def _measure(scenario: str, fault: "LeaderFault", run: int) -> "Healing | None":
             warn(f"no run: {'; '.join(ended.said)}")
             return None
         return healing_in(read(out).lines)
-
-
-def _print(rows: "list[HealingFigures]") -> None:
-    from rich.table import Table
-
-    table = Table(
-        title="Fault to detection, detection to succession, fault to first order, to healing [wall-clock s]"
-    )
-    table.add_column("leader")
-    for column in (
-        "runs",
-        "never",
-        "detection p50",
-        "p99",
-        "bound",
-        "succession p50",
-        "p99",
-        "bound",
-        "order p50",
-        "p99",
-        "bound",
-        "healed p50",
-    ):
-        table.add_column(column, justify="right")
-    for row in rows:
-        cells = (
-            *_cells(row.detection),
-            *_cells(row.succession),
-            *_cells(row.ordered),
-            _cells(row.healed)[0],
-        )
-        table.add_row(f"{row.fault}", f"{row.runs}", f"{row.never}", *cells)
-    console().print(table)
-    loads = [load for row in rows for load in row.loads]
-    word = "OK" if all(row.ok for row in rows) else "FAILED"
-    click.echo(f"{word}; load average {min(loads):.1f} to {max(loads):.1f} on {os.cpu_count()} cores.")
-
-
-def _cells(times: "Times | None") -> tuple[str, str, str]:
-    if times is None:
-        return "-", "-", "-"
-    return f"{times.p50_s:.3f}", f"{times.p99_s:.3f}", "-" if times.bound_s is None else f"{times.bound_s:g}"

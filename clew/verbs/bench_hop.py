@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from clew.verbs.bench_said import begin, print_figures
+from clew.verbs.bench_said import begin
 from clew.verbs.options import AS_JSON, runs_option
 from protocol.errors import UsageError
 from protocol.frames import ROBOTS_MAX
@@ -52,10 +52,7 @@ def hop(sizes: tuple[int, ...], *, runs: int, news: int, as_json: bool) -> None:
         found += figures(repeats)
         chains += [chain for each in repeats for chain in each]
         click.echo(f"{robots} robots: done", err=True)
-    if as_json:
-        begun.say_json(found, chains)
-    else:
-        print_figures("From the leader's put to the last robot's reaction", found)
+    begun.say("From the leader's put to the last robot's reaction", found, chains, as_json=as_json)
 
 
 @contextlib.contextmanager

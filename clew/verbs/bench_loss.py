@@ -9,21 +9,16 @@ import click
 
 from clew.fleet.live import run_fleet
 from clew.verbs.bench_said import begin
-from clew.verbs.extras import need
 from clew.verbs.options import AS_JSON, SPEED, runs_option, wall_s_max
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
 from protocol.faults.plan_text import FAULTS_FILE, plan_text
 from protocol.process.asked import terminable
-from protocol.root import ROOT
 
 if TYPE_CHECKING:
-    from clew.bench.loss import Crossing, LossPoint
+    from clew.bench.loss import Crossing
     from world.scenario.scenario import Scenario
-
-DOCUMENT = ROOT / "docs" / "measured.md"
-PART, FIGURE = "loss", DOCUMENT.with_name("loss.svg")
 
 
 @click.command()
@@ -37,31 +32,24 @@ PART, FIGURE = "loss", DOCUMENT.with_name("loss.svg")
     help="How many live fleets for each rate of loss.",
 )
 @SPEED
-@click.option(
-    "--write", is_flag=True, help="Write the table into docs/measured.md, and the figure docs/loss.svg."
-)
 @AS_JSON
 @click.pass_context
 @terminable()
-def loss(
-    ctx: click.Context, scenario: str, *, runs: int, live: int, speed: float, write: bool, as_json: bool
-) -> None:
+def loss(ctx: click.Context, scenario: str, *, runs: int, live: int, speed: float, as_json: bool) -> None:
     """Measure how long a fleet takes when 0 to 90 % of its messages are lost.
 
     Each rate is measured twice: for messages between robots only, and for all messages. Exits with 1 when a
     promise was broken, or when loss between robots made the fleet take more than 1.1 times as long (at 50 %)
     or 1.5 times (at 75 %), or kept it from arriving at all (at any rate).
     """
-    from clew.bench.loss import RATES, LossPoint, Reach, figures, loss_plan, rehearsed, within_bounds
-    from clew.manual.parts import with_part
+    from clew.bench.loss import RATES, LossPoint, Reach, figures, loss_plan, rehearsed
+    from clew.bench.result import all_met
     from world.scenario.scenario import load
 
     known = load(scenario)
     begun = begin(
         "loss", f"Time until {known.fleet.robots} robots have crossed {known.name}. A repeat is a seed."
     )
-    if write:
-        need("matplotlib", extra="plot", by="figures need")  # fail before the runs, not after them
     points: list[LossPoint] = []
     for reach in Reach:
         for rate in RATES:
@@ -74,20 +62,9 @@ def loss(
             )
             points.append(point)
             click.echo(f"{reach}, {rate:g}: {_times(point.rehearsed)}; live {_times(point.live)}", err=True)
-    said = _said(known, points, runs=runs, speed=speed)
-    if write:
-        _draw(points, f"{known.fleet.robots} robots, {known.name}")
-        DOCUMENT.write_text(with_part(DOCUMENT.read_text(encoding="utf-8"), PART, said), encoding="utf-8")
-    begun.say_json(figures(points), points) if as_json else click.echo(said)
-    broken = sum(each.violations for point in points for each in (*point.rehearsed, *point.live))
-    ctx.exit(ExitCode.OK if broken == 0 and within_bounds(points) else ExitCode.FAILED)
-
-
-def _draw(points: "list[LossPoint]", title: str) -> None:
-    from clew.bench.loss_chart import loss_chart
-    from clew.figures.style import render
-
-    FIGURE.write_bytes(render(loss_chart(points, title), ("svg",))["svg"])
+    found = figures(points)
+    begun.say(f"{known.fleet.robots} robots cross {known.name}", found, points, as_json=as_json)
+    ctx.exit(ExitCode.OK if all_met(found) else ExitCode.FAILED)
 
 
 def _live(scenario: str, known: "Scenario", plan: Plan, seed: int, speed: float) -> "Crossing":
@@ -108,29 +85,6 @@ def _live(scenario: str, known: "Scenario", plan: Plan, seed: int, speed: float)
         time_s=verdict.sim_s if verdict.reason == Ending.ARRIVED else None,
         violations=verdict.violations,
         load=os.getloadavg()[0],
-    )
-
-
-def _said(known: "Scenario", points: "list[LossPoint]", *, runs: int, speed: float) -> str:
-    """The table, and how it was measured."""
-    from clew.bench.loss import BOUNDS, slowdowns, table
-
-    crossings = [each for point in points for each in (*point.rehearsed, *point.live)]
-    broken = sum(each.violations for each in crossings)
-    loads = [each.load for each in crossings if each.load is not None]
-    load = f", load {min(loads):.1f} to {max(loads):.1f} on {os.cpu_count()} cores" if loads else ""
-    slower = slowdowns(points)
-    times = " and ".join(
-        f"{slower[rate]:.2f} times (at {100 * rate:.0f} %; at most {bound:g})"
-        for rate, bound in BOUNDS.items()
-        if rate in slower
-    )
-    live = f"; live at speed {speed:g}{load}" if loads else ""
-    return (
-        f"{known.fleet.robots} robots cross `{known.name}`: simulated seconds until all have arrived; "
-        f"*never*: not within {known.time.time_s_max:g} s.\nRehearsed with seeds 1 to {runs}{live}.\n"
-        f"In {len(crossings)} runs, {broken} promises were broken. "
-        f"With loss between robots it takes {times} as long as without.\n\n{table(points)}"
     )
 
 

@@ -72,14 +72,12 @@ def rehearsal(
         speed(f"queue of {robots}", queue(robots), NO_FAULTS, runs=runs, cpu=time.process_time)
         for robots in lengths
     ]
-    figures, grown = [figure for row in (*rows, *queues) for figure in figures_of(row)], growth(queues)
+    found = [*(figure for row in (*rows, *queues) for figure in figures_of(row)), *growth(queues)]
     if as_json:
         packages = ("ir-sim",) if any(row.peer_s for row in rows) else ()
-        begun.say_json([*figures, *grown], (*rows, *queues), packages)
-        return
-    print_figures(title, figures)
-    if grown:
-        print_figures("What a robot costs, by the length of the queue", grown)
+        begun.say_json(found, (*rows, *queues), packages)
+    else:
+        print_figures(title, found)
 
 
 def _peer(scenario: "Scenario") -> "Peer | None":

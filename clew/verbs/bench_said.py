@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from clew.verbs.say import console, say_json
 
 if TYPE_CHECKING:
-    from clew.bench.result import Figure, Machine, Result
+    from clew.bench.result import Figure, Machine
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,14 +20,12 @@ class Begun:
     about: str
     machine: "Machine"
 
-    def result(
-        self, figures: "Sequence[Figure]", details: object = None, packages: Sequence[str] = ()
-    ) -> "Result":
-        """The result; `packages`: further packages whose versions count."""
+    def say_json(self, figures: "Sequence[Figure]", details: object, packages: Sequence[str] = ()) -> None:
+        """Print the result as JSON; `packages`: further packages whose versions count."""
         from clew.bench.machine import today, versions
         from clew.bench.result import Result
 
-        return Result(
+        result = Result(
             benchmark=self.benchmark,
             command=shlex.join(("clew", *sys.argv[1:])),
             about=self.about,
@@ -37,12 +35,11 @@ class Begun:
             figures=tuple(figures),
             details=details,
         )
+        say_json(result)
 
-    def say_json(
-        self, figures: "Sequence[Figure]", details: object = None, packages: Sequence[str] = ()
-    ) -> None:
-        """Print the result as JSON."""
-        say_json(self.result(figures, details, packages))
+    def say(self, title: str, figures: "Sequence[Figure]", details: object, *, as_json: bool) -> None:
+        """Print the result: as JSON, or its figures as a table."""
+        self.say_json(figures, details) if as_json else print_figures(title, figures)
 
 
 def begin(benchmark: str, about: str) -> Begun:

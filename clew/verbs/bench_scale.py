@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from clew.verbs.bench_said import begin, print_figures
+from clew.verbs.bench_said import begin
 from clew.verbs.options import AS_JSON, ROBOTS, FiniteRange
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -93,10 +93,7 @@ def scale(
             ground, kept = ground_of(robots, strands, seed=SEED), folder / f"{robots}-{len(runs) + 1}"
             runs.append(_run(LiveFleet(ground, kept, speed=speed), speed, stand_s, drive_s or math.inf))
             click.echo(f"{robots} robots: {runs[-1].reason}", err=True)
-    if as_json:
-        begun.say_json(figures(runs), runs)
-    else:
-        print_figures(f"Fleets of real processes on {os.cpu_count()} cores", figures(runs))
+    begun.say(f"Fleets of real processes on {os.cpu_count()} cores", figures(runs), runs, as_json=as_json)
     ctx.exit(ExitCode.OK if all(run.is_good for run in runs) else ExitCode.FAILED)
 
 

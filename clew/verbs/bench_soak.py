@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from clew.verbs.bench_said import begin, print_figures
+from clew.verbs.bench_said import begin
 from clew.verbs.options import AS_JSON, ROBOTS, FiniteRange
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -64,7 +64,8 @@ def soak(
     All times are wall-clock times. Exits with 1 when a bound is passed: memory, descriptors or the
     router's sessions grow, a new session is not admitted, a promise is broken, a robot does not come back.
     """
-    from clew.bench.soak import figures, is_sound
+    from clew.bench.result import all_met
+    from clew.bench.soak import figures
 
     begun = begin(
         "soak",
@@ -76,11 +77,9 @@ def soak(
         found = _Soaking(robots, folder, speed, every_s=every_s, probe_s=probe_s, look_s=look_s).soak(for_s)
     click.echo(f"{found.restarts} restarts in {found.soaked_s:.0f} s: {found.said}", err=True)
     rows = figures(found)
-    if as_json:
-        begun.say_json(rows, found)
-    else:
-        print_figures(f"{robots} robots, of which one is killed each {every_s:g} s", rows)
-    ctx.exit(ExitCode.OK if is_sound(rows) else ExitCode.FAILED)
+    title = f"{robots} robots, of which one is killed each {every_s:g} s"
+    begun.say(title, rows, found, as_json=as_json)
+    ctx.exit(ExitCode.OK if all_met(rows) else ExitCode.FAILED)
 
 
 class _Soaking:

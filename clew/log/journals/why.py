@@ -19,16 +19,7 @@ from functools import cache
 from itertools import count as counted
 
 from agents.commands import AskScan, Command, Note, Order, Put, Say, Tell
-from agents.events import (
-    LinkHeard,
-    OdometryHeard,
-    ScanHeard,
-    TokenCame,
-    TokensSeen,
-    TokensWatched,
-    TokenWent,
-    ViewHeard,
-)
+from agents.events import LinkHeard, OdometryHeard, ScanHeard, TokensSeen, TokensWatched, ViewHeard
 from clew.log.journals.contents import content, does, tag_of
 from clew.log.journals.effects import Effects
 from clew.log.journals.entries import noted
@@ -41,6 +32,7 @@ from protocol.faults.message_faults import sender_of
 from protocol.fence import Raise, Turn
 from protocol.keys import WORLD, robot_name
 from protocol.plain import plain
+from protocol.process.tokens import TokenCame, TokenWent
 from protocol.timeline import (
     Entry,
     FaultInjected,

@@ -12,9 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple, TypeVar
 
 from agents.commands import AskScan, Command, Note, Order, Put, Say, Tell
-from agents.events import TokenCame as TokenSeen
 from agents.events import TokensWatched
-from agents.events import TokenWent as TokenMissed
 from agents.robot import Robot
 from clew.explore.cores import Tick, act, to_robot
 from clew.explore.judge import judge_member, judge_order, judge_piece, judge_places, judge_world
@@ -23,6 +21,7 @@ from clew.explore.setting import QUEUE, Setting
 from protocol.fence import Fence, May, Raise
 from protocol.frames import Pose
 from protocol.keys import robot_name
+from protocol.process.tokens import TokenCame, TokenWent
 from protocol.timeline import Entry, Record, StrandFormed
 from protocol.wire.messages import Odometry, ScanQuery
 from protocol.wire.view import Formation
@@ -31,7 +30,6 @@ from world.commands import Command as WorldCommand
 from world.commands import Note as WorldNote
 from world.commands import ServeScan, TellOdometry
 from world.core import World
-from world.events import TokenCame, TokenWent
 from world.record.resume import Past
 from world.scenario.scenario import Scenario
 
@@ -226,9 +224,9 @@ class ViewStage:
         self.processes[robot] = Process(core, life)
         self._to_world(TokenCame(robot, str(life)), WORLD)
         for other in others:
-            self._to_robot(Post(WORLD, other, 0, TokenSeen(robot, str(life))))
+            self._to_robot(Post(WORLD, other, 0, TokenCame(robot, str(life))))
         for other, incarnation in [(WORLD, self._worlds), *((other, self.lives[other]) for other in others)]:
-            self._to_robot(Post(WORLD, robot, 0, TokenSeen(other, str(incarnation))))
+            self._to_robot(Post(WORLD, robot, 0, TokenCame(other, str(incarnation))))
         self._to_robot(Post(WORLD, robot, 0, TokensWatched(None)))
 
     def kill(self, robot: int) -> None:
@@ -236,7 +234,7 @@ class ViewStage:
         life = self.processes.pop(robot).life
         self._to_world(TokenWent(robot, str(life)), WORLD)
         for other in self.processes:
-            self._to_robot(Post(WORLD, other, 0, TokenMissed(robot, str(life))))
+            self._to_robot(Post(WORLD, other, 0, TokenWent(robot, str(life))))
 
     def replace(self, robot: int) -> None:
         """A robot's process dies, and another is started at once."""

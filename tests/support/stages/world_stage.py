@@ -8,13 +8,14 @@ from msgspec.structs import replace
 from protocol.fence import Bearing, Cause, Change, Fence, May, Raise, Turn
 from protocol.frames import Point
 from protocol.keys import WORLD, robot_name
+from protocol.process.tokens import TokenCame
 from protocol.timeline import Entry, Record, StepPlanned, StrandFormed, StrandJoined
 from protocol.wire.messages import Drive, Odometry, Phase, Scan
 from tests.support.logs.logs import HEADER
 from tests.support.planned import planned as one_planned
 from world.commands import Command, Note, ServeScan, TellOdometry
 from world.core import World
-from world.events import EntryRead, EntryWritten, Event, FencePut, OrderHeard, ScanAsked, TokenCame
+from world.events import EntryRead, EntryWritten, Event, FencePut, OrderHeard, ScanAsked
 from world.judge.ending import Ending
 from world.record.resume import Past
 from world.scenario.scenario import Scenario

@@ -3,6 +3,7 @@ import pytest
 from protocol.exit_codes import ExitCode
 from protocol.frames import Point
 from protocol.mission import start_wall_s
+from protocol.process.tokens import TokenCame, TokenWent
 from protocol.timeline import (
     BodyStopped,
     MessageRefused,
@@ -24,7 +25,7 @@ from tests.support.scenes.world_scenarios import scenario
 from tests.support.stages.world_stage import Stage, planned
 from world.bodies.arena import ODOMETRY_TICKS, TICK_S
 from world.core import LAST_WORDS_WALL_S
-from world.events import MessageDropped, OrderHeard, ScanAsked, StopAsked, TokenCame, TokenWent
+from world.events import MessageDropped, OrderHeard, ScanAsked, StopAsked
 from world.judge.ending import Ending
 
 AHEAD = Point(x_m=0.5, y_m=0.0)

@@ -5,6 +5,7 @@ import pytest
 from protocol.exit_codes import ExitCode
 from protocol.fence import Cause, Fence, May, Raise, Release, Stop, Turn
 from protocol.frames import Point
+from protocol.process.tokens import TokenCame, TokenWent
 from protocol.timeline import (
     LinkBroken,
     PoseSampled,
@@ -27,7 +28,7 @@ from world.core import (
     ROUTER_PATIENCE_WALL_S,
     STRANDED_S,
 )
-from world.events import StopAsked, TokenCame, TokenWent
+from world.events import StopAsked
 from world.judge.ending import Ending
 
 SECOND = round(1.0 / TICK_S)

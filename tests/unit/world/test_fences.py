@@ -7,12 +7,13 @@ import pytest
 from protocol.exit_codes import ExitCode
 from protocol.fence import Cause, Fence, May, Raise, Release, Stop, Turn
 from protocol.frames import Point
+from protocol.process.tokens import TokenCame
 from protocol.timeline import FenceChanged, OrderRefused, PoseSampled
 from tests.support.scenes.world_scenarios import scenario
 from tests.support.stages.world_stage import Stage, life_of
 from world.bodies.arena import ODOMETRY_TICKS, TICK_S
 from world.commands import Note, TellOdometry
-from world.events import FencePut, ScanAsked, StopAsked, TokenCame
+from world.events import FencePut, ScanAsked, StopAsked
 from world.quota import RAISES_MAX
 
 SECOND = round(1.0 / TICK_S)

@@ -13,8 +13,8 @@ from protocol.faults.plan import NO_FAULTS
 from protocol.network.session import Session
 from protocol.network.traffic import Traffic
 from protocol.network.transport import Arrival, Asked
+from protocol.process.tokens import TokenCame
 from protocol.wire.messages import Ask, Faults, Message
-from world.events import TokenCame
 from world.faults import RunFaults
 from world.life import TAKE_WALL_S, Life, Request
 from world.record.readback import Readback

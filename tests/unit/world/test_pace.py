@@ -2,12 +2,13 @@ import pytest
 
 from protocol.exit_codes import ExitCode
 from protocol.frames import Point
+from protocol.process.tokens import TokenWent
 from tests.support.scenes.world_scenarios import scenario
 from tests.support.stages.world_stage import Stage
 from world import answers
 from world.answers import SLACK_S
 from world.bodies.arena import ODOMETRY_TICKS, TICK_S
-from world.events import StopAsked, TokenWent
+from world.events import StopAsked
 from world.pace import GLANCE_S, HELD_S_MAX, PATIENCE_S, REMIND_S, REPEAT_S, REPEAT_S_PER_ROBOT, Pace
 
 ODOMETRY_S = ODOMETRY_TICKS * TICK_S

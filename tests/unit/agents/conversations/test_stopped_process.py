@@ -1,14 +1,13 @@
 """A process that was stopped before it gave an order, and goes on when another one has driven the body."""
 
 from agents.events import OdometryHeard
-from agents.events import TokenCame as TokenSeen
 from agents.robot import Robot
 from clew.explore.moments import WORLD
 from clew.explore.setting import Setting
 from protocol.fence import May
+from protocol.process.tokens import TokenCame
 from protocol.wire.messages import AheadState, Odometry
 from tests.support.stages.view_stage import Post, Process, ViewStage, of
-from world.events import TokenCame
 
 QUEUE = tuple((0.4 + 0.5 * place, 1.0, 0.0) for place in (3, 2, 1, 0))
 LANE = Setting(
@@ -35,8 +34,8 @@ def test_a_process_takes_no_order_of_another_one_for_its_own() -> None:
     stage.processes[2], stage.lives[2] = Process(stopped, LIFE, first.t_s, first), LIFE
     stage.deliver(Post(2, WORLD, 0, TokenCame(2, str(LIFE))))
     for other in (1, 3, 4):
-        stage.deliver(Post(WORLD, other, 0, TokenSeen(2, str(LIFE))))
-        stage.deliver(Post(WORLD, 2, 0, TokenSeen(other, str(stage.lives[other]))))
+        stage.deliver(Post(WORLD, other, 0, TokenCame(2, str(LIFE))))
+        stage.deliver(Post(WORLD, 2, 0, TokenCame(other, str(stage.lives[other]))))
     stage.run(lambda: stage.fence.epoch != epoch and stage.fence.may is May.ALL)
     assert body.finished_number == ORDERS
     stage.run(lambda: stopped.order.target is not None)

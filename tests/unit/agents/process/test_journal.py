@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agents.commands import AskScan
-from agents.events import TokenCame
 from agents.process.journal import Given, Head, Journal, decision, open_journal
 from clew.log.journals.recording import Recording, Turn
 from protocol.errors import UsageError
+from protocol.process.tokens import TokenCame
 from tests.support.strategies.examples import examples
 from world.scenario.scenario import load
 

@@ -1,11 +1,12 @@
 """The points of a robot's step, as sequences of events and commands."""
 
 from agents.commands import AskScan, Command, Note, Order, Tell
-from agents.events import Event, OdometryHeard, ScanHeard, TokenCame
+from agents.events import Event, OdometryHeard, ScanHeard
 from agents.process.points import Points
 from protocol.faults.rules import StepPoint
 from protocol.fence import Bearing, Epoch, Fence
 from protocol.frames import Point, Pose
+from protocol.process.tokens import TokenCame
 from protocol.timeline import RobotHeld
 from protocol.wire.messages import BehindState, Drive, Odometry, Phase, Scan
 from tests.support.planned import planned

@@ -1,9 +1,10 @@
 """Whose tokens a robot watches, and how they come to its core."""
 
-from agents.events import Event, TokenCame, TokensSeen, TokensWatched, TokenWent
+from agents.events import Event, TokensSeen, TokensWatched
 from agents.process.addresses import ALL_ALIVE, alive
 from agents.process.journal import Given
 from agents.process.watching import at_once, beside, watched_by
+from protocol.process.tokens import TokenCame, TokenWent
 
 
 def given(event: Event) -> Given:

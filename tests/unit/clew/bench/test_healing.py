@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from clew.bench.healing import Healing, LeaderFault, common, figures_of, healing_in
+from clew.bench.healing import Healing, HealingRuns, LeaderFault, figures, healing_in
+from clew.bench.result import all_met
 from clew.fleet.live import Ended
 from clew.rehearsal.logbook import NTP64_PER_S
 from protocol.faults.fit import check_fits
@@ -81,42 +82,39 @@ def test_entries_of_another_robot_or_from_before_the_fault_do_not_count() -> Non
     assert healing_in(lines[:1]) is None
 
 
+SOON = Healing(cause_s=3.0, detection_s=0.4, succession_s=0.2, ordered_s=0.7, healed_s=2.0)
+
+
+def are_met(fault: LeaderFault, *each: Healing | None) -> bool:
+    return all_met(figures(HealingRuns(fault=fault, loads=(1.0,), each=each)))
+
+
 @given(st.lists(st.floats(0.01, 3.0), min_size=1, max_size=40))
-def test_up_to_a_hundred_runs_are_within_a_bound_exactly_when_the_slowest_is(
-    detections_s: list[float],
-) -> None:
-    measured = [
-        Healing(cause_s=3.0, detection_s=each, succession_s=0.2, ordered_s=0.7, healed_s=4.0)
-        for each in detections_s
-    ]
-    figures = figures_of(LeaderFault.KILL, measured, [1.0])
-    assert figures.detection is not None
-    assert figures.ok is (max(detections_s) <= LeaderFault.KILL.detection_s_max)
-    assert figures.detection.p99_s == max(detections_s)
+def test_runs_are_within_a_bound_exactly_when_the_slowest_is(detections_s: list[float]) -> None:
+    measured = [replace(SOON, detection_s=each) for each in detections_s]
+    is_quick = max(detections_s) <= LeaderFault.KILL.detection_s_max
+    assert are_met(LeaderFault.KILL, *measured) is is_quick
 
 
-def test_one_run_without_succession_fails_even_if_the_others_were_quick() -> None:
-    quick = Healing(cause_s=3.0, detection_s=0.4, succession_s=0.2, ordered_s=0.7, healed_s=2.0)
+def test_one_run_in_which_an_event_never_came_fails_even_if_the_others_were_quick() -> None:
+    quick = [SOON] * 4
+    assert are_met(LeaderFault.KILL, *quick)
     for slow in (None, Healing(cause_s=3.0), Healing(cause_s=3.0, detection_s=0.4, succession_s=0.2)):
-        figures = figures_of(LeaderFault.KILL, [quick, slow], [1.0])
-        assert (figures.never, figures.ok) == (1, False)
-    assert figures_of(LeaderFault.KILL, [quick], [1.0]).ok
+        assert not are_met(LeaderFault.KILL, *quick, slow)
 
 
 def test_the_median_of_the_first_orders_has_a_bound_where_the_leader_is_killed() -> None:
-    soon = Healing(cause_s=3.0, detection_s=0.4, succession_s=0.2, ordered_s=0.7, healed_s=2.0)
-    late = replace(soon, ordered_s=1.2)
-    assert figures_of(LeaderFault.KILL, [soon, soon, late], [1.0]).ok
-    assert not figures_of(LeaderFault.KILL, [soon, late, late], [1.0]).ok
-    assert figures_of(LeaderFault.FREEZE, [soon, late, late], [1.0]).ok
+    late = replace(SOON, ordered_s=1.2)
+    assert are_met(LeaderFault.KILL, SOON, SOON, late)
+    assert not are_met(LeaderFault.KILL, SOON, late, late)
+    assert are_met(LeaderFault.FREEZE, SOON, late, late)
 
 
-def test_the_common_figures_say_never_where_an_event_or_the_fault_never_came() -> None:
-    quick = Healing(cause_s=3.0, detection_s=0.4, succession_s=0.2, ordered_s=0.7, healed_s=2.0)
-    figures = common(figures_of(LeaderFault.KILL, [quick, None, quick], [1.0]))
-    assert [each.measured.median for each in figures] == [0.4, 0.2, 0.7, 2.0]
-    assert [each.measured.most for each in figures] == [None] * 4
-    assert [each.met for each in figures] == [True, True, True, None]
+def test_the_figures_say_never_where_an_event_or_the_fault_never_came() -> None:
+    found = figures(HealingRuns(fault=LeaderFault.KILL, loads=(1.0,), each=(SOON, None, SOON)))
+    assert [each.measured.median for each in found] == [0.4, 0.2, 0.7, 2.0]
+    assert [each.measured.most for each in found] == [None] * 4
+    assert [each.met for each in found] == [False, False, True, False]
 
 
 @pytest.mark.parametrize("fault", LeaderFault)
@@ -150,6 +148,6 @@ def test_the_verb_measures_leaders_of_live_fleets(monkeypatch: pytest.MonkeyPatc
     assert len(result["figures"]) == 4 * len(rows)
     assert [row["fault"] for row in rows] == ["kill", "freeze"]
     for row in rows:
-        assert (row["runs"], row["never"]) == (1, 0)
-        assert 0.0 < row["detection"]["p50_s"] < row["ordered"]["p50_s"]
-        assert row["detection"]["p50_s"] < row["healed"]["p50_s"]
+        (run,) = row["each"]
+        assert 0.0 < run["detection_s"] < run["ordered_s"]
+        assert run["detection_s"] < run["healed_s"]

@@ -52,6 +52,14 @@ def test_a_time_that_is_missing_never_came_and_another_figure_was_not_measured()
     assert "| memory | MB | not measured |" in after
 
 
+def test_of_an_aim_for_each_repeat_the_worst_one_is_told() -> None:
+    late = figure("order", "s", [0.1, 0.2, 0.9], aim=Aim(at_most=0.5, each=True))
+    never = figure("heal", "s", [0.1, math.inf], aim=Aim(each=True))
+    before, _ = page([replace(HOP, figures=(late, never))]).split("## `clew bench hop`")
+    assert "| `hop` | order | 0.9 s | each at most 0.5 |" in before
+    assert "| `hop` | heal | never | each to come |" in before
+
+
 def test_the_page_says_machine_versions_command_and_load() -> None:
     said = page([HOP])
     for words in ("Chip, 2 cores, 8 GB, Linux 6.1; load 1.5", "Python 3.11", "`clew bench hop --json`"):

@@ -45,5 +45,25 @@ def test_an_aim_is_of_the_figure_or_of_the_ratio_to_a_baseline(aim: Aim | None, 
     assert figure("it", "s", [2.0], baselines={"other": [4.0]}, aim=aim).met is met
 
 
+@pytest.mark.parametrize(
+    ("aim", "met"),
+    [
+        (Aim(at_most=2.0), True),
+        (Aim(at_most=2.0, each=True), False),
+        (Aim(at_most=3.0, each=True), True),
+        (Aim(at_least=2.0, each=True), False),
+    ],
+)
+def test_an_aim_is_of_the_median_or_of_each_repeat(aim: Aim, met: bool) -> None:
+    assert figure("it", "s", [1.0, 2.0, 3.0], aim=aim).met is met
+
+
+def test_an_aim_without_bounds_is_to_come_at_all() -> None:
+    assert [figure("it", "s", [1.0, more], aim=Aim(each=True)).met for more in (9.0, math.inf)] == [
+        True,
+        False,
+    ]
+
+
 def test_what_never_came_reaches_no_aim() -> None:
     assert figure("it", "s", [math.inf], aim=Aim(at_least=1.0)).met is False

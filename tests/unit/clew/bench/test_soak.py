@@ -5,7 +5,8 @@ import itertools
 import pytest
 from msgspec.structs import replace
 
-from clew.bench.soak import PARTS, Look, Probe, Soak, endless_queue, figures, is_sound, targets, told
+from clew.bench.result import all_met
+from clew.bench.soak import PARTS, Look, Probe, Soak, endless_queue, figures, targets, told
 from clew.bench.usage import Usage
 from tests.support.logs.logs import GOOD
 
@@ -51,9 +52,9 @@ def growing(**per_look: float) -> tuple[Look, ...]:
     )
 
 
-def test_a_fleet_that_stays_as_it_is_is_sound() -> None:
+def test_a_fleet_that_stays_as_it_is_all_met() -> None:
     assert missed(soaked()) == []
-    assert is_sound(figures(soaked()))
+    assert all_met(figures(soaked()))
 
 
 @pytest.mark.parametrize(
@@ -94,7 +95,7 @@ def test_a_bound_that_was_passed_is_named(changed: dict[str, object], names: lis
 
 
 def test_a_fleet_that_never_formed_fails() -> None:
-    assert not is_sound(figures(soaked(soaked_s=0.0, looks=(), probes=(), missing=5, violations=None)))
+    assert not all_met(figures(soaked(soaked_s=0.0, looks=(), probes=(), missing=5, violations=None)))
 
 
 def test_the_goal_is_further_away_than_the_leader_can_come() -> None:

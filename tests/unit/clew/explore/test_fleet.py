@@ -5,7 +5,6 @@ from functools import cache
 import pytest
 from msgspec.structs import replace
 
-from agents.events import TokenCame
 from clew.explore import fleet
 from clew.explore.explorable import Fault
 from clew.explore.explore import explore
@@ -16,6 +15,7 @@ from clew.explore.setting import NEVER_TICKS, SETTINGS, Kind, adjusted
 from clew.explore.without import RULES
 from protocol.errors import UsageError
 from protocol.fence import May
+from protocol.process.tokens import TokenCame
 from tests.support.long import long
 
 START = SETTINGS["start"]

@@ -5,11 +5,12 @@ import pytest
 from protocol.exit_codes import ExitCode
 from protocol.fence import NUMBERS
 from protocol.keys import robot_name
+from protocol.process.tokens import TokenCame
 from protocol.timeline import Record, RobotArrived, RobotSettled, RunEnded, ViewJoined
 from tests.support.scenes.world_scenarios import scenario
 from tests.support.stages.world_stage import Stage
 from world.bodies.arena import TICK_S
-from world.events import StopAsked, TokenCame
+from world.events import StopAsked
 from world.judge.ending import Ending
 
 BOUND_AGAIN = 1, ViewJoined(epoch=2 * NUMBERS)

@@ -14,6 +14,7 @@ from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.fence import NUMBERS, Cause, Fence, May, Raise, Release, Stop, Turn
 from protocol.frames import Point
+from protocol.process.tokens import TokenCame
 from protocol.timeline import (
     Entry,
     FenceChanged,
@@ -36,7 +37,7 @@ from tests.support.stages.world_stage import Stage, life_of
 from tests.support.strategies.examples import examples
 from world.attendance import SILENCE_S
 from world.bodies.arena import TICK_S
-from world.events import ScanAsked, StopAsked, TokenCame
+from world.events import ScanAsked, StopAsked
 from world.judge.ending import Ending
 from world.judge.judgement import judge
 from world.record import resume

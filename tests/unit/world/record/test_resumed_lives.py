@@ -3,10 +3,10 @@
 A process can be seen long before anything that it says is recorded, as when a large fleet starts.
 """
 
+from protocol.process.tokens import TokenCame
 from protocol.timeline import RobotDied, RobotRestarted
 from tests.support.scenes.world_scenarios import scenario
 from tests.support.stages.world_stage import Stage
-from world.events import TokenCame
 
 
 def begun() -> Stage:
