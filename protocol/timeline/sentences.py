@@ -119,6 +119,7 @@ SENTENCES: dict[str, str | Callable[[str, Any], str]] = {
     "fault.injected": _fault,
     "fence.changed": _fence,
     "goal.reached": "{by} has reached the goal",
+    "law.failed": "{by} gets no step: {it.reason}",
     "leader.succeeded": _leader,
     "link.broken": "{by} breaks its link to r{it.neighbour}, silent for {it.silent_s:.1f} s ({it.cause})",
     "link.heard": "{by} hears r{it.neighbour} again",

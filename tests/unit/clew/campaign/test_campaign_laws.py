@@ -64,6 +64,14 @@ def test_a_law_that_never_returns_is_named_where_the_time_is_up(here: Path) -> N
     assert f", in the law {told(here)['law']}, which may never return" in first["reason"]
 
 
+def test_a_law_that_raises_is_a_surprise_where_no_scene_says_whether_there_is_a_way(here: Path) -> None:
+    (here / "mylaw.py").write_text("def mine(seen): raise KeyError('typo')\n")
+    assert campaign("mylaw.py:mine", "grove").exit_code == 1
+    (surprise,) = told(here)["surprises"]
+    assert (surprise["surprise"], surprise["solvable"]) == ("crashed", None)
+    assert "KeyError: 'typo' (mylaw.py:1 mine" in surprise["reason"]
+
+
 def test_an_episode_is_played_again_when_the_law_of_its_scenario_has_changed(here: Path) -> None:
     text = (SCENARIOS / "paper.toml").read_text()
     (here / "one.toml").write_text(text.replace('law = "printed"', 'law = "mylaw.py:mine"'))
