@@ -151,7 +151,7 @@ SENTENCES: dict[str, str | Callable[[str, Any], str]] = {
     "run.ended": "the run is over: {it.reason}",
     "scan.served": "r{it.robot} takes a scan with {it.hits} hits",
     "segment.checked": _segment,
-    "step.abandoned": "{by} stops before the end of step {it.step}",
+    "step.abandoned": "{by} gives up step {it.step}: for too long no scan has let it drive on",
     "step.finished": _step_end,
     "step.planned": _step,
     "strand.dissolved": "{by} dissolves the strand: the way of r{it.blocked} is blocked",
