@@ -57,7 +57,7 @@ class StepPlanned(Kind, frozen=True, kw_only=True, tag="step.planned"):
 
 
 class StepAbandoned(Kind, frozen=True, kw_only=True, tag="step.abandoned"):
-    """The leader has given up a step before its end: for 2 s no scan has let it drive on, or it stood for 10 s.
+    """The leader has given up a step before its end: no scan let it drive on for 2 s, or it stood for 10 s.
 
     Mostly an obstacle has moved into its way, or near it. Lost scans have the same effect.
     """
