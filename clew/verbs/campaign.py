@@ -80,7 +80,7 @@ REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
-    help="Folder of the campaign; an unfinished campaign there is continued.",
+    help="Folder of the campaign; an unfinished campaign there is continued. Default: a new one in runs/.",
 )
 @click.option(
     "--wall-s-max",
