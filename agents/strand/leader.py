@@ -99,6 +99,7 @@ class Leader:
         """The way on from the end of the newest step, which robots behind have to leave free (rule 8)."""
         self._keeps_way_free = False
         """Whether robots behind have once kept it from a turn."""
+        self._failure: str | None = None
         self._bodies_may_move = False
         self._brief: Leader | None = None
         """It plans steps that are driven by moments (rule 6)."""
@@ -124,6 +125,12 @@ class Leader:
         self.map.release()
         if self._brief is not None:
             self._brief.release()
+
+    def take_failure(self) -> str | None:
+        """How the law has failed since this was last asked, if it has."""
+        failure, self._failure = self._failure, None
+        of_brief = None if self._brief is None else self._brief.take_failure()
+        return failure or of_brief
 
     def is_done(self, position: Floats) -> bool:
         """Whether this is the last switching position: at the goal, or the last one requested."""
@@ -212,7 +219,10 @@ class Leader:
     def _ask(self, sight: Sight, walls: Walls, ways: Callable[[], CostToGo] | None = None) -> Step | Refused:
         """Ask the law of the mission; the robot's process has loaded it before."""
         seen = Seen(sight, walls, self._mission, self._onward_rad, self._steps, self.map.hits, ways)
-        return asked(find(self._mission.law), seen)
+        said = asked(find(self._mission.law), seen)
+        if isinstance(said, Refused) and said.why is Why.FAILED:
+            self._failure = said.reason
+        return said
 
     def _step_on(self, sight: Sight, walls: Walls) -> Step | NoStep | Crossed:
         """Without a goal, or a certificate: if no step is left and the way is open, it has crossed."""

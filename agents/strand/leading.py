@@ -30,7 +30,7 @@ from protocol.arrays import Floats, xy
 from protocol.fence import Cause
 from protocol.mission import Mission
 from protocol.path import THERE_M
-from protocol.timeline import GoalReached, RobotArrived, RouteLost, StepAbandoned, StepPlanned
+from protocol.timeline import GoalReached, LawFailed, RobotArrived, RouteLost, StepAbandoned, StepPlanned
 
 PATIENCE_S = 30.0  # with what stands in all ways on: who walks to and fro has come and gone by then
 GONE_S = 15.0  # with robots that are left out: one that has gone for so long does not come back
@@ -160,7 +160,9 @@ class Leading:
         self._memory.hand_on(0 if behind is None or behind.state is None else behind.state.handed)
         if isinstance(planned, LookCloser):
             self._senses.look_closer(scan)
-        return self._carry_out(planned, now_s)
+        failure = leader.take_failure()
+        failed = [] if failure is None else [Note(LawFailed(reason=failure))]
+        return [*failed, *self._carry_out(planned, now_s)]
 
     def _is_pausing(self, now_s: float) -> bool:
         """Whether it is too early to plan again: a strand that has closed up is no longer waited for."""

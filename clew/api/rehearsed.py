@@ -131,11 +131,10 @@ def _rules(faults: object, scenario: Scenario) -> tuple[Rule, ...]:
 
 
 def _integer(name: str, value: object) -> int:
-    """Any integer, such as one of numpy."""
-    try:
-        return index(value)  # type: ignore[arg-type] # it raises for what is none
-    except TypeError as error:
-        raise UsageError(f"{name}: must be an integer, got {value!r}") from error
+    """Any integer, such as one of numpy; no boolean."""
+    if isinstance(value, bool) or not hasattr(value, "__index__"):
+        raise UsageError(f"{name}: must be an integer, got {value!r}")
+    return index(value)
 
 
 def _new_folder(scenario: Scenario) -> Path:

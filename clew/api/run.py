@@ -121,8 +121,8 @@ class Run:
             t: from when to when [simulated s], both included; None: from the start, or to the end.
 
         Raises:
-            UsageError: no entry of such a run can be chosen: it has no such kind, source, robot, rule or key,
-                or a time is no number.
+            UsageError: no entry of such a run can be chosen: it has no such kind, source, robot, step, rule
+                or key, or a time is no number.
         """
         said: object = t  # a notebook has no type checker
         if said is not None and not (isinstance(said, Sequence) and len(said) == 2):

@@ -30,7 +30,7 @@ from clew.swarm.futures import draw_future, read_branches
 from clew.swarm.swarm import Mode, Swarm, draw
 from protocol.faults import plan as plans
 from protocol.faults.plan import NO_FAULTS, Plan
-from protocol.timeline import FaultInjected, RobotFailed
+from protocol.timeline import FaultInjected, LawFailed, RobotFailed
 from world.judge.ending import Ending
 from world.judge.verdict import Verdict
 from world.scenario.scenario import Scenario, load
@@ -266,12 +266,22 @@ def outcome_of(episode: Episode, stage: Stage, rehearsal: Rehearsal, *, wall_s: 
         judged=episode.judged,
         branches=episode.branches or "",
     )
+    outcome = _with_law(outcome, rehearsal)
     if stage.plan is not NO_FAULTS:
         outcome = _with_faults(outcome, stage, rehearsal)
     if not episode.judged or outcome.surprise is not Surprise.NONE:
         return outcome
     differs = second_opinion(world.scenario, rehearsal, verdict)
     return outcome if differs is None else replace(outcome, surprise=Surprise.JUDGES, reason=differs)
+
+
+def _with_law(outcome: Outcome, rehearsal: Rehearsal) -> Outcome:
+    """The outcome with how the law has failed, if it has: a lost route may not say so, nor a late arrival."""
+    records = (entry.record for _, entry in rehearsal.entries)
+    failure = next((each.reason for each in records if isinstance(each, LawFailed)), None)
+    if failure is None or outcome.surprise is Surprise.VIOLATION:
+        return outcome
+    return replace(outcome, surprise=Surprise.CRASHED, reason=failure)
 
 
 def _with_faults(outcome: Outcome, stage: Stage, rehearsal: Rehearsal) -> Outcome:

@@ -11,7 +11,9 @@ from protocol.timeline import PoseSampled, Record, ScanServed
 from protocol.timeline.sentences import sentence
 
 WORLD_FRAME = "world"
-LEVELS = dict.fromkeys(("promise.broken", "robot.failed", "route.lost"), LogLevel.Error) | dict.fromkeys(
+LEVELS = dict.fromkeys(
+    ("law.failed", "promise.broken", "robot.failed", "route.lost"), LogLevel.Error
+) | dict.fromkeys(
     (
         "fault.injected",
         "link.broken",

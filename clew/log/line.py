@@ -21,6 +21,7 @@ COLOURS = {
     "link": "yellow",
     "fence": "bright_yellow",
     "view": "yellow",
+    "law": "red",
     "leader": "yellow",
     "strand": "yellow",
     "step": "bright_cyan",

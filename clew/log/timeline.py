@@ -4,6 +4,7 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from fnmatch import filter as filter_names
 from fnmatch import fnmatchcase
+from operator import index
 from pathlib import Path
 from typing import get_args
 
@@ -79,6 +80,17 @@ def read(run: Path) -> Timeline:
     return Timeline(log.header, tuple(log.lines), log.flaws)
 
 
+def unknown_step(step: object) -> str | None:
+    """Say that this is no number of a switching step; None: it is one, or none is asked for.
+
+    A number of numpy is one. A text would be equal to no number, so no entry would match.
+    """
+    is_number = hasattr(step, "__index__") and not isinstance(step, bool)
+    if step is None or (is_number and index(step) >= 0):  # type: ignore[arg-type] # it has an index
+        return None
+    return f"step: must be an integer, 0 or more, got {step!r}"
+
+
 def unknown_in(choice: Choice, header: Header, lines: Iterable[Line]) -> str | None:
     """Say what of a choice no entry of this run can have, with similar names; None: each may have one.
 
@@ -97,6 +109,8 @@ def _unknown_in(choice: Choice, header: Header, lines: Iterable[Line]) -> Iterat
             yield f"source: must be world, or {not_of_fleet(source, robots).removeprefix('must be ')}"
     if choice.robot is not None and choice.robot not in range(1, robots + 1):
         yield f"robot: {not_of_fleet(choice.robot, robots)}"
+    if (unknown := unknown_step(choice.step)) is not None:
+        yield unknown
     if choice.rule or choice.key:
         records = [entry.record for _, entry in lines]  # read once: both look through them
         yield from _unknown_rules(choice.rule, header, records)

@@ -13,7 +13,7 @@ import click
 from clew.fleet.folder import RUNS
 from clew.verbs.extras import need
 from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, TIME, FiniteRange, robots_option, seeds_option
-from clew.verbs.say import console, say, warn
+from clew.verbs.say import console, say, to_copy, warn
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.process.asked import terminable
@@ -80,7 +80,7 @@ REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
-    help="Folder of the campaign; an unfinished campaign there is continued.",
+    help="Folder of the campaign; an unfinished campaign there is continued. Default: a new one in runs/.",
 )
 @click.option(
     "--wall-s-max",
@@ -231,7 +231,7 @@ def _print(result: "Campaign", out: Path) -> None:
         out_table.print(coverage_table(result.coverage))
     for outcome in result.surprises:
         say(f"{outcome.surprise}: {outcome.family}/{outcome.scene}, seed {outcome.seed}: {outcome.reason}")
-        say(f"    {outcome.replay}")
+        say(f"    {to_copy(outcome.replay)}")
     if result.guided:
         futures, cells = (
             sum(getattr(each, name) for each in result.episodes) for name in ("futures", "cells")

@@ -13,7 +13,7 @@ import msgspec
 from clew.fleet.folder import RUNS, make_folder
 from clew.fleet.live import run_fleet
 from clew.verbs.options import AS_JSON, SEED, SPEED, runs_option, wall_s_max
-from clew.verbs.say import console, numbers_table, say, warn
+from clew.verbs.say import console, numbers_table, say, to_copy, warn
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.files.writing import make_folder as make_private
@@ -113,7 +113,7 @@ def _print(result: "Chaos", folder: Path) -> None:
         if run.not_recovered:
             say(f"did not recover, seed {run.seed}: {run.not_recovered}")
         if run.troubles or not run.arrived or run.not_recovered:
-            say(f"    {run.replay}")
+            say(f"    {to_copy(run.replay)}")
     word = "INTERRUPTED" if result.interrupted else "OK" if result.ok else "FAILED"
     process_faults = ", ".join(f"{fault} {count}" for fault, count in result.process_faults.items())
     click.echo(

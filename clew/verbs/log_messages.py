@@ -31,7 +31,7 @@ class _Link(click.ParamType[tuple[str, str]]):
     ) -> tuple[str, str]:
         """The names of both."""
         match = re.fullmatch(r"(r?[1-9]\d{0,8}|world),(r?[1-9]\d{0,8}|world)", str(value), re.ASCII)
-        if match is None:
+        if match is None or match[1].removeprefix("r") == match[2].removeprefix("r"):
             self.fail(
                 f"must be two robots, or a robot and the world, as 2,3 or 2,world; got {value}", param, ctx
             )

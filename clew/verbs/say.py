@@ -1,12 +1,15 @@
 """Prints for people and for programs. Text from a log or a file cannot control the terminal."""
 
+import shlex
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 import msgspec
 
 from protocol.plain import plain
+from protocol.root import IS_CHECKOUT, ROOT
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -23,6 +26,14 @@ def say(line: str) -> None:
 def warn(line: str) -> None:
     """Print a line on stderr."""
     click.echo(plain(line), err=True)
+
+
+def to_copy(line: str) -> str:
+    """A command line of the project's folder, with the program as a shell in the present folder finds it."""
+    program, _, rest = line.partition(" ")
+    if not IS_CHECKOUT:
+        return f"{'clew' if program.endswith('/clew') else 'clew run'} {rest}"
+    return line if Path.cwd() == ROOT else f"{shlex.quote(str(ROOT / program))} {rest}"
 
 
 def say_json(value: object) -> None:

@@ -10,7 +10,7 @@ import msgspec
 
 from clew.fleet.folder import make_folder
 from clew.verbs.options import SEED
-from clew.verbs.say import warn
+from clew.verbs.say import to_copy, warn
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
@@ -64,7 +64,7 @@ def shrink_verb(ctx: click.Context, run: Path, *, seed: int | None, out: Path | 
     make_folder(folder)  # fail before the work, not after it
     least = shrink(case, _Trials(recorded))
     click.echo(plan_text(least.plan), nl=False)
-    click.echo(_write(least, folder))
+    click.echo(to_copy(_write(least, folder)))
 
 
 class _Trials:

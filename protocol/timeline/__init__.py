@@ -19,7 +19,14 @@ from protocol.timeline.bodies import (
     StepFinished,
 )
 from protocol.timeline.messages import FaultInjected, MessageRefused, RobotSettled, TrafficCounted
-from protocol.timeline.outcomes import GoalReached, PromiseBroken, RobotArrived, RouteLost, RunEnded
+from protocol.timeline.outcomes import (
+    GoalReached,
+    LawFailed,
+    PromiseBroken,
+    RobotArrived,
+    RouteLost,
+    RunEnded,
+)
 from protocol.timeline.processes import (
     RobotAppeared,
     RobotDied,
@@ -61,6 +68,7 @@ __all__ = [
     "FaultInjected",
     "FenceChanged",
     "GoalReached",
+    "LawFailed",
     "LeaderSucceeded",
     "LinkBroken",
     "LinkHeard",
@@ -153,6 +161,7 @@ Record = (
     | RobotReleased
     | GoalReached
     | RobotArrived
+    | LawFailed
     | RouteLost
     | TrafficCounted
     | RobotSettled

@@ -27,6 +27,15 @@ class RouteLost(Kind, frozen=True, kw_only=True, tag="route.lost"):
     reason: Text
 
 
+class LawFailed(Kind, frozen=True, kw_only=True, tag="law.failed"):
+    """The leader has asked a law of a user, which has raised an exception or returned what is no step.
+
+    Where obstacles move, it is asked again later.
+    """
+
+    reason: Text
+
+
 class PromiseBroken(Kind, frozen=True, kw_only=True, tag="promise.broken"):
     """An invariant was violated, by true poses or by recorded entries; docs/verdict.md lists them."""
 

@@ -57,7 +57,10 @@ class StepPlanned(Kind, frozen=True, kw_only=True, tag="step.planned"):
 
 
 class StepAbandoned(Kind, frozen=True, kw_only=True, tag="step.abandoned"):
-    """The leader has stopped before the end of a step, because an obstacle moved into its way."""
+    """The leader has given up a step before its end: no scan let it drive on for 2 s, or it stood for 10 s.
+
+    Mostly an obstacle has moved into its way, or near it. Lost scans have the same effect.
+    """
 
     step: Count
     epoch: Count

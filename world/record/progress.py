@@ -8,6 +8,7 @@ AWAITED = frozenset(
         "fault.injected",
         "fence.changed",
         "goal.reached",
+        "law.failed",
         "leader.succeeded",
         "link.broken",
         "promise.broken",

@@ -75,8 +75,8 @@ def _printed(lines: Sequence[Line], said: str) -> list[int]:
 
 
 def _named(lines: Sequence[Line], found: Sequence[int]) -> str:
-    """Source and number of entries to choose from, the first few."""
-    names = [f"{lines[index][0]}:{lines[index][1].n}" for index in found]
+    """Source, number and time of entries to choose from, the first few."""
+    names = [f"{source}:{entry.n} at {entry.t_s:.1f} s" for source, entry in (lines[at] for at in found)]
     more = ", ..." if len(names) > NAMED_MAX else ""
     return f": {', '.join(names[:NAMED_MAX])}{more}" if names else ""
 

@@ -32,6 +32,7 @@ const SIGNS = {
   "robot.blocked": { sign: "◇", name: "blocked", row: 0 },
   "body.stopped": { sign: "■", name: "dead-man stop", row: 0 },
   "step.abandoned": { sign: "⊣", name: "step abandoned", row: 0 },
+  "law.failed": { sign: "∅", name: "law failed", row: 0 },
   "route.lost": { sign: "∅", name: "no route", row: 0 },
   "goal.reached": { sign: "⚑", name: "goal", row: 1 },
   "run.ended": { sign: "▐", name: "end", row: 3 },

@@ -39,6 +39,7 @@ def launched(scenario: object = "grove", **asked: Any) -> object:  # noqa: ANN40
         ),
         ({"seed": -1}, r"clew: \$\.seed: must be >= 0, got -1"),
         ({"seed": 2**60}, r"clew: \$\.seed: must be <= 9007199254740991, got 1152921504606846976"),
+        ({"robots": True}, "robots: must be an integer, got True"),
         ({"seed": "x"}, "seed: must be an integer, got 'x'"),
         ({"seed": 1.5}, r"seed: must be an integer, got 1\.5"),
         ({"law": "nope"}, r"grove: \$\.law\.law: must be one of .* \(law = nope instead of certified\)"),

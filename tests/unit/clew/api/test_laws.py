@@ -55,6 +55,29 @@ def at_random(seen: clew.Seen) -> clew.Step | None:
     return clew.Step(np.random.default_rng(seen.seed).choice(free), 1e6)
 
 
+def stumbles(seen: clew.Seen) -> clew.Step:
+    """Raises for one scan in two; drives on as well as it can for the others."""
+    if seen.seed % 2:
+        raise KeyError("typo")
+    free_m = seen.free_m(seen.bearings_rad)
+    ends = seen.position + free_m[:, None] * np.column_stack(
+        [np.cos(seen.bearings_rad), np.sin(seen.bearings_rad)]
+    )
+    best = int(np.argmin(seen.cost_to_go_m(ends)))
+    return clew.Step(seen.bearings_rad[best], free_m[best])
+
+
+def test_a_law_that_raises_is_told_of_where_it_is_asked_again(tmp_path: Path) -> None:
+    """Where obstacles move, a leader asks again. The run may fail for want of time, and not say why."""
+    clew.register_law("mine", stumbles)
+    run = clew.rehearse("pedestrian", law="mine", time_s_max=10.0, out=tmp_path / "run")
+    assert run.entries("route.lost") == []
+    failures = run.entries("law.failed")
+    assert failures
+    assert all("the law mine failed: KeyError: 'typo' (test_laws.py:" in each.reason for each in failures)
+    assert differences(tmp_path / "run") == []
+
+
 @pytest.mark.parametrize(
     ("law", "scenario", "seed", "reason", "steps"),
     [

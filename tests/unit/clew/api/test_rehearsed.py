@@ -223,6 +223,15 @@ def test_a_wrong_stage_speed_or_scenario_is_refused(tmp_path: Path) -> None:
         launch("grove", speed="fast", out=tmp_path)  # type: ignore[arg-type] # as it may be given
 
 
+def test_a_wait_for_a_step_that_does_not_exist_is_refused_at_once(tmp_path: Path) -> None:
+    with (
+        launch("grove", robots=1, out=tmp_path / "run", stage="rehearsal") as fleet,
+        pytest.raises(UsageError, match=r"^step: must be an integer, 0 or more, got '2'$"),
+    ):
+        fleet.until("step.planned", step="2")  # type: ignore[arg-type] # as it may be given
+    assert not fleet.has_begun
+
+
 def test_a_wait_for_a_kind_that_does_not_exist_is_refused_at_once(tmp_path: Path) -> None:
     with (
         launch("grove", robots=1, out=tmp_path / "run", stage="rehearsal") as fleet,

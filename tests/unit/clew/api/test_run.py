@@ -65,6 +65,8 @@ def test_a_robot_is_a_number_or_a_name_and_one_that_there_is_not_is_refused(run:
         ({"key": "typo"}, "key: must be a key of messages in this run, such as .*, got 'typo'"),
         ({"key": ("link/r2/*", "lnk/r1/r2")}, r"key: .*, got 'lnk/r1/r2'; did you mean 'link/r1/r2'\?"),
         ({"key": "link/r2/r6"}, "key: .*, got 'link/r2/r6'; .*"),
+        ({"step": "2"}, "step: must be an integer, 0 or more, got '2'"),
+        ({"step": -1}, "step: must be an integer, 0 or more, got -1"),
         ({"t": 5.0}, r"t: must be two times, as \(2, 9\), got 5.0"),
         ({"t": (9.0, 2.0)}, "time: must be from an earlier time to a later one, got 9 to 2 s"),
     ],

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from click.testing import Result
 
+from protocol.root import ROOT
 from tests.support.campaigns import clew, scene
 from world.scenario.reading import SCENARIOS
 
@@ -62,6 +63,20 @@ def test_a_law_that_never_returns_is_named_where_the_time_is_up(here: Path) -> N
     (first,) = told(here)["episodes"]
     assert "struck at t=" in first["reason"]
     assert f", in the law {told(here)['law']}, which may never return" in first["reason"]
+
+
+def test_the_line_that_replays_a_surprise_names_the_program_as_this_folder_finds_it(here: Path) -> None:
+    (here / "mylaw.py").write_text("def mine(seen): raise KeyError('typo')\n")
+    said = campaign("mylaw.py:mine", "grove").stdout.splitlines()
+    assert any(line.startswith(f"    {ROOT / 'launch' / 'clew'} rehearse ") for line in said)
+
+
+def test_a_law_that_raises_is_a_surprise_where_no_scene_says_whether_there_is_a_way(here: Path) -> None:
+    (here / "mylaw.py").write_text("def mine(seen): raise KeyError('typo')\n")
+    assert campaign("mylaw.py:mine", "grove").exit_code == 1
+    (surprise,) = told(here)["surprises"]
+    assert (surprise["surprise"], surprise["solvable"]) == ("crashed", None)
+    assert "KeyError: 'typo' (mylaw.py:1 mine" in surprise["reason"]
 
 
 def test_an_episode_is_played_again_when_the_law_of_its_scenario_has_changed(here: Path) -> None:

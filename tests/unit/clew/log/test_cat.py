@@ -152,6 +152,7 @@ def test_a_step_is_one_readable_line_and_complete_in_json(tmp_path: Path) -> Non
         (("--rule", "kil-1"), "no entry matches; rule: must be one of kill-1, got 'kil-1'; did you mean"),
         (("--key", "lnk/r1/r2"), "no entry matches; key: must be a key of messages in this run, such as"),
         (("--from", "9", "--to", "3"), "no entry matches; time: must be from an earlier time to a later one"),
+        (("--step", "-1"), "no entry matches; step: must be an integer, 0 or more, got -1"),
         (("--kind", "step.*"), "no entry matches"),
     ],
 )

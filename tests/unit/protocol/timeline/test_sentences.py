@@ -51,7 +51,11 @@ def test_every_entry_has_a_sentence(kind: type[Kind], data: st.DataObject) -> No
         ("r2", planned(3), "r2 plans step 3: 1.000 m"),
         ("r2", replace(planned(3), promised_clearance_m=0.1), "r2 plans step 3: 1.000 m, promises 0.100 m"),
         ("r2", replace(planned(1), joins=True), "r2 goes 1.000 m towards its place"),
-        ("r2", StepAbandoned(step=3, epoch=1, x_m=0.0, y_m=0.0), "r2 stops before the end of step 3"),
+        (
+            "r2",
+            StepAbandoned(step=3, epoch=1, x_m=0.0, y_m=0.0),
+            "r2 gives up step 3: for too long no scan has let it drive on",
+        ),
         (
             "world",
             StepFinished(robot=2, step=3, x_m=0.0, y_m=0.0, clearance_m=0.107),

@@ -169,6 +169,7 @@ def test_a_line_says_when_who_what_and_how_it_ended(run: Path) -> None:
     [
         (("--link", "2"), "must be two robots"),
         (("--link", "2,x"), "must be two robots"),
+        (("--link", "2,r2"), "must be two robots"),
         (("--step", "4-2"), "must be like 2 or 2-4"),
         (("--fate", "droped"), "did you mean 'dropped'"),
         (("--kind", "aheads"), "there is no kind 'aheads'; did you mean 'ahead'"),

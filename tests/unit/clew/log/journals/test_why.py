@@ -192,7 +192,9 @@ def test_an_entry_is_given_by_its_number_or_as_a_printed_line(run: Path, why: Wh
     assert find_entry(lines, f"r2:{entry.n}") == find_entry(lines, line) == index
     poses = clew("log", "cat", run, "--kind", "pose.sampled", "--from", "1", "--to", "1").stdout.splitlines()
     assert find_entry(lines, "leader.succeeded") == index
-    with pytest.raises(UsageError, match=rf"^{len(poses)} entries given; choose one: world:\d+, world:\d+"):
+    with pytest.raises(
+        UsageError, match=rf"^{len(poses)} entries given; choose one: world:\d+ at .* s, world:\d+"
+    ):
         find_entry(lines, "\n".join(poses))
     assert len({find_entry(lines, pose) for pose in poses}) == len(poses) > 1
     assert line_of(why.way(index)[-1]) == (
@@ -205,7 +207,7 @@ def test_an_entry_is_given_by_its_number_or_as_a_printed_line(run: Path, why: Wh
     [
         ("r2", "an entry is r3:17"),
         ("", "0 entries given; choose one"),
-        ("step.planned", "choose one: r1:"),
+        ("step.planned", "choose one: r1:6 at 0.1 s, r2:"),
         ("r2:99999", "the log has no entries r2:99999"),
         ("    3.301     r2 view.proposed", "the log has no entries"),
         ("    0.600  world pose.sampled", "choose one by its number"),
