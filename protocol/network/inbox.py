@@ -15,6 +15,7 @@ from threading import Lock
 from typing import Generic, Protocol, TypeVar
 
 from protocol.network.bounded import Bounded
+from protocol.process.foreign import keep_thread
 
 T = TypeVar("T")
 
@@ -43,7 +44,8 @@ class Inbox(Generic[T]):
         return self._waiting.dropped_count
 
     def append(self, item: T, size_bytes: int) -> None:
-        """Add an arrival; any thread may call this."""
+        """Add an arrival; any thread may call this, and keeps its state (`protocol.process.foreign`)."""
+        keep_thread()
         with self._lock:
             was_empty = len(self._waiting) == 0
             self._waiting.append(item, size_bytes)

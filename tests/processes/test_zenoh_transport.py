@@ -3,6 +3,7 @@
 import asyncio
 import json
 import signal
+import threading
 import time
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
@@ -280,6 +281,26 @@ async def test_what_is_watched_can_change_and_the_tokens_that_are_shown_are_list
         first.watch([KEYS.tokens_of("r9")])
         arrived = await arrivals_until(first, lambda arrived: Listed() in arrived)
         assert arrived == [Listed()], "nothing is shown there, and nothing else is watched"
+
+
+async def test_a_thread_of_zenoh_keeps_its_state_from_message_to_message(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun = []
+
+    class Seen(threading.local):
+        def __init__(self) -> None:
+            begun.append(threading.get_ident())
+
+    async with fleet(folder, "r1") as (world, robot):
+        await world.arrivals(0.0)
+        inbox, seen = world._inbox, Seen()
+        append = inbox.append
+        monkeypatch.setattr(inbox, "append", lambda *each: (append(*each), vars(seen)))
+        for n in range(1, 20):
+            robot.put(KEYS.drive("r1"), drive(n))
+            await next_arrivals(world)
+    assert len(begun) == len(set(begun)), "Python has forgotten a thread"
 
 
 async def test_messages_on_one_key_arrive_in_order(folder: Path) -> None:
