@@ -29,6 +29,8 @@ ASK_TIMEOUT_MS = 1000
 # When a strand forms, all robots ask for a scan at once, and the world takes 4 ms for each. An answer that
 # comes too late is asked for again: with too short a time, a large fleet would ask for ever.
 ASK_TIMEOUT_MS_PER_ROBOT = 20
+# Of two threads that receive, each message wakes both, and one of them in vain: a client has one link.
+CLIENT_THREADS = "(rx: (worker_threads: 1))"
 QUEUE_BATCHES = 16  # Zenoh's maximum, allocated on demand; DROP drops what finds no room within 1 ms
 # Short periods: all robots should reconnect at about the same time, and a retry is cheap.
 RETRY = {"period_init_ms": 100, "period_max_ms": 200, "period_increase_factor": 1.5}

@@ -25,6 +25,7 @@ import contextlib
 import json
 import logging
 import math
+import os
 import time
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
@@ -39,7 +40,7 @@ from protocol.network.bounded import INBOX_BYTES_MAX, INBOX_CAPACITY
 from protocol.network.deafness import Deafness
 from protocol.network.inbox import Inbox, alarm
 from protocol.network.session import Session
-from protocol.network.settings import ask_timeout_ms, client_settings, connect_s
+from protocol.network.settings import CLIENT_THREADS, ask_timeout_ms, client_settings, connect_s
 from protocol.network.traffic import Traffic
 from protocol.network.transport import Appeared, Arrival, Asked, Heard, Listed, Refused, Vanished
 from protocol.wire.codec import decode, encode
@@ -326,11 +327,21 @@ def _connected(session: Session, patience_s: float) -> zenoh.Session:
     until_s = time.monotonic() + patience_s
     while True:
         try:
-            return zenoh.open(zenoh.Config.from_json5(json.dumps(client_settings(session))))
+            return open_session(session)
         except zenoh.ZError as error:
             if time.monotonic() >= until_s:
                 raise UsageError(session.no_link) from error
         time.sleep(RETRY_S)
+
+
+def open_session(session: Session) -> zenoh.Session:
+    """A bare session. The first one decides how many threads Zenoh has in this process.
+
+    Raises:
+        zenoh.ZError: no router admits us.
+    """
+    os.environ.setdefault("ZENOH_RUNTIME", CLIENT_THREADS)
+    return zenoh.open(zenoh.Config.from_json5(json.dumps(client_settings(session))))
 
 
 def _check_key(key: str) -> None:

@@ -283,6 +283,14 @@ async def test_what_is_watched_can_change_and_the_tokens_that_are_shown_are_list
         assert arrived == [Listed()], "nothing is shown there, and nothing else is watched"
 
 
+def test_one_thread_of_a_client_receives(folder: Path) -> None:
+    with python("-m", "tests.support.processes.wire_child", str(folder / "r1.json")) as child:
+        assert child.stdout is not None
+        assert child.stdout.readline() == "alive\n"
+        threads = [each.read_text() for each in Path(f"/proc/{child.pid}/task").glob("*/comm")]
+        assert [name for name in threads if name.startswith("rx-")] == ["rx-0\n"]
+
+
 async def test_a_thread_of_zenoh_keeps_its_state_from_message_to_message(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

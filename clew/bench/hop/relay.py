@@ -11,7 +11,6 @@ Rule 4: a relay ends when it is killed, or when the process that forked it ends.
 
 import asyncio
 import ctypes
-import json
 import os
 import signal
 import struct
@@ -32,9 +31,8 @@ from protocol.network.around import AroundTransport
 from protocol.network.faulty_transport import Conditions
 from protocol.network.inbox import OneTaskLoop
 from protocol.network.session import Session, read_session
-from protocol.network.settings import client_settings
 from protocol.network.transport import Transport
-from protocol.network.zenoh_transport import open_transport
+from protocol.network.zenoh_transport import open_session, open_transport
 from protocol.wire.codec import encode
 from protocol.wire.messages import BehindState, Message
 
@@ -84,7 +82,7 @@ def relay(kind: Relay, robot: int, strand: Strand, folder: Path, told: int) -> N
         case Relay.ASYNCIO:
             asyncio.run(_asyncio(robot, session, strand, told))
         case Relay.CALLBACK:
-            with _opened(session) as opened:
+            with open_session(session) as opened:
                 forward = _forward(opened, robot, session, strand, told)
                 _subscribe(opened, session, lambda sample: forward(sample.payload.to_bytes()))
                 while True:
@@ -119,7 +117,7 @@ async def _asyncio(robot: int, session: Session, strand: Strand, told: int) -> N
     def take(sample: zenoh.Sample) -> None:
         loop.call_soon_threadsafe(queue.put_nowait, sample.payload.to_bytes())
 
-    with _opened(session) as opened:
+    with open_session(session) as opened:
         forward = _forward(opened, robot, session, strand, told)
         _subscribe(opened, session, take)
         while True:
@@ -157,10 +155,6 @@ def put(opened: zenoh.Session, key: str, payload: bytes) -> None:
     )
 
 
-def _opened(session: Session) -> zenoh.Session:
-    return zenoh.open(zenoh.Config.from_json5(json.dumps(client_settings(session))))
-
-
 async def lead(kind: Relay, strand: Strand, folder: Path, probe: Callable[[Say], None]) -> None:
     """Be the leader: `probe` gets the function that puts the next news."""
     session = read_session(folder / f"{robot_name(1)}.json")
@@ -177,7 +171,7 @@ async def lead(kind: Relay, strand: Strand, folder: Path, probe: Callable[[Say],
             probe(say)
         return
     size = len(encode(strand.news(), SAID_BEFORE, key))
-    with _opened(session) as opened:
+    with open_session(session) as opened:
         numbers = iter(range(1, 1 << 30))
 
         def send() -> int:
