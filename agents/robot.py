@@ -92,10 +92,11 @@ class Robot:
     @property
     def watches(self) -> frozenset[int] | None:
         """The robots whose tokens matter to it now; None: all of them."""
-        if self.phase not in (None, Phase.FORMED):
+        coordinator, member = self._membership.coordinator, self._membership.member
+        if coordinator is not None and coordinator.phase is not Phase.FORMED:
             return None
-        if self.member is not None:
-            return self.member.strand.linked
+        if member is not None:
+            return member.strand.linked
         is_left_out = self._driver.awake and self._driver.odometry.fence.may is May.ALL
         return frozenset({self._driver.odometry.fence.robot} if is_left_out else ())  # its leader's
 
@@ -124,7 +125,7 @@ class Robot:
             case ViewHeard(robot, number, said):
                 return membership.hear(robot, number, said, now_s)
             case LinkHeard():
-                return [] if self.member is None else self.member.hear(event, now_s)
+                return [] if membership.member is None else membership.member.hear(event, now_s)
             case TokenCame(robot, incarnation):
                 presence.come(robot, incarnation, now_s)
             case TokensSeen(shown):

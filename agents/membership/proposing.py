@@ -97,8 +97,7 @@ class Proposing:
         else:
             reason = None if coordinates else self._for_bound(odometry, reporter, now_s)
         commands = self._raising.want(reason, fence, now_s)
-        is_noted = any(isinstance(each, Note) for each in commands)
-        if reason is None or member is None or not is_noted:
+        if reason is None or member is None or not any(isinstance(each, Note) for each in commands):
             return commands
         return [*commands, *self._note(reason, member, now_s)]
 
@@ -109,7 +108,9 @@ class Proposing:
         own, plea = member.reason, self._pleas.reason(now_s, stands=not odometry.moving)
         if own is not None and (plea is None or own.cause not in {Cause.DEAD_END, Cause.NO_WAY}):
             return own
-        all_wait = not member.arrived and odometry.stood_s > self._timing.stood_s
+        if not self._suspicion.judges(now_s):
+            return plea
+        all_wait = odometry.stood_s > self._timing.stood_s and not member.arrived
         named_s = -math.inf if reporter is None else reporter.formed_s
         for link in member.strand.links:
             how = self._suspicion.why_lost(link, now_s, named_s=named_s, all_wait=all_wait)

@@ -187,7 +187,7 @@ def decided(core: Robot, given: Given, now_s: float, journal: Journal) -> list[C
 
 def decision(commands: Sequence[Command]) -> Decision:
     """Commands as a journal record."""
-    return Decision(tuple((type(each).__name__, each) for each in commands))
+    return Decision(tuple([(type(each).__name__, each) for each in commands]))
 
 
 def failure(error: Exception) -> Decision:

@@ -97,19 +97,13 @@ class MessageFaults:
     ) -> None:
         self._rules = tuple(rule for rule in plan.rules if isinstance(rule, MessageRule))
         self._cuts = tuple(rule for rule in self._rules if isinstance(rule, Partition) and _is_whole(rule))
+        self.is_empty = not self._rules
+        """Whether no rule can affect any message."""
+        self.may_cut = len(self._cuts) > 0
+        """Whether any rule can cut a process off from the router."""
         self._seed = seed
         self._cases: dict[tuple[str, str, str], tuple[_Case, ...]] = {}
         self._unnumbered = Counter(counted)
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether no rule can affect any message."""
-        return not self._rules
-
-    @property
-    def may_cut(self) -> bool:
-        """Whether any rule can cut a process off from the router."""
-        return len(self._cuts) > 0
 
     def turned_to(self, plan: Plan) -> "MessageFaults":
         """The effects of another plan from now on, in the same run."""

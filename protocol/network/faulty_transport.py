@@ -102,7 +102,8 @@ class FaultyTransport(AroundTransport):
             next_s = min(until_s, self._due[0][0] if self._due else inf)
             wait_s = None if next_s == inf else max(0.0, next_s - time.monotonic())
             raw = await self._inner.arrivals(wait_s)
-            self._take_time()
+            if self.faults.slow_s > 0.0:
+                self._take_time()
             affected, listed = list[Arrival](), list[Arrival]()
             for arrival in raw:
                 if isinstance(arrival, Listed):
@@ -111,16 +112,17 @@ class FaultyTransport(AroundTransport):
                     affected += self._affect(arrival)
             if self._due:
                 affected += self._released()
-            affected += [*self._look_at_tokens(), *listed]
+            if self._message_faults.may_cut or not all(self._tokens.values()):
+                affected += self._look_at_tokens()
+            affected += listed
             if affected or time.monotonic() >= until_s:
                 return affected
 
     def _take_time(self) -> None:
         """The fault `slow` holds this process up."""
         slow_s = self.faults.slow_s / self._conditions.speed
-        if slow_s > 0.0:
-            time.sleep(slow_s)
-            self._slept_s += slow_s
+        time.sleep(slow_s)
+        self._slept_s += slow_s
 
     def _affect(self, arrival: Arrival) -> Iterable[Arrival]:
         """The arrivals that follow at once; delayed ones are kept until they are due."""
@@ -177,8 +179,6 @@ class FaultyTransport(AroundTransport):
 
     def _look_at_tokens(self) -> Iterator[Arrival]:
         """Rule 4."""
-        if not self._message_faults.may_cut and all(self._tokens.values()):
-            return
         deaf = self._is_cut(self._name)
         for key, seen in self._tokens.items():
             visible = not deaf and not self._is_cut(self._keys.part(key, 1))

@@ -131,7 +131,7 @@ class ZenohTransport:
         self._send(key, encode(message, number, key), number)
 
     def _send(self, key: str, payload: bytes, number: int) -> None:
-        with contextlib.suppress(zenoh.ZError):  # the session is closed: the message is lost, like any other
+        try:
             if number < self._often:
                 self._session.put(key, payload, congestion_control=DROP, allowed_destination=REMOTE)
                 return
@@ -140,6 +140,8 @@ class ZenohTransport:
                     key, congestion_control=DROP, allowed_destination=REMOTE
                 )
             publisher.put(payload)
+        except zenoh.ZError:
+            return  # the session is closed: the message is lost, like any other
 
     def ask(self, key: str, message: Message) -> None:
         """Query the key; the reply arrives as `Heard`, or is lost: then ask again."""
@@ -157,7 +159,7 @@ class ZenohTransport:
         """Wait for arrivals and return all of them; empty after the timeout."""
         await self._alarm.wait(0.0 if len(self._inbox) else timeout_s)
         raw = self._inbox.drain()  # nothing is awaited from here on: a call that is cancelled loses nothing
-        now_s = asyncio.get_running_loop().time()
+        now_s = time.monotonic()
         if not raw:
             self._test_session(now_s)
         arrivals = [arrival for each in raw if (arrival := self._arrived_as(each)) is not None]
