@@ -147,9 +147,8 @@ class Reporter:
             drive_m = DRIVE_SHARE * self.mission.mu0_m + THERE_M
             off_m_max = drive_m if self.mission.promises_clearance else math.inf
             way = self.past.places.leg_to(question.formers, pose, question.place, off_m_max=off_m_max)
-            is_driven = way is not None
-            if is_driven or not self.mission.promises_clearance:
-                self._look = Look(number=question.number, clear=True, driven=is_driven, way=way or ())
+            if way is not None or not self.mission.promises_clearance:
+                self._look = Look(number=question.number, clear=True, way=way or ())
                 return []
         scan = senses.take()
         if scan is None:

@@ -72,8 +72,6 @@ class PlanFigures(Struct, frozen=True, kw_only=True):
     parts_cpu: Mapping[str, Spread]
     """The rest of the whole is the search among the certified ends, and bookkeeping."""
     textbook_cpu: Spread
-    ratio: float
-    """The leader's median divided by the textbook planner's median."""
     driven_m: float
     """The length of all steps that were planned."""
     plan_ms_per_m: float
@@ -174,19 +172,14 @@ def peer_plan(planner: Planner, view: View, cpu: Clock) -> tuple[float, float]:
 
 def figures(scenes: Sequence[str], measured: Sequence[Sample]) -> PlanFigures:
     """Figures of the samples, of which there is at least one."""
-    plan, textbook = (
-        _spread([each.cpu_s for each in measured]),
-        _spread([each.textbook_s for each in measured]),
-    )
     driven_m = sum(each.step_m for each in measured)
     return PlanFigures(
         scenes=scenes,
         plans=len(measured),
-        plan_cpu=plan,
+        plan_cpu=_spread([each.cpu_s for each in measured]),
         plan_wall=_spread([each.wall_s for each in measured]),
         parts_cpu={part: _spread([each.parts_s[part] for each in measured]) for part in measured[0].parts_s},
-        textbook_cpu=textbook,
-        ratio=plan.median_ms / textbook.median_ms,
+        textbook_cpu=_spread([each.textbook_s for each in measured]),
         driven_m=driven_m,
         plan_ms_per_m=_ms_per_m(sum(each.cpu_s for each in measured), driven_m),
         textbook_ms_per_m=_ms_per_m(sum(each.textbook_s for each in measured), driven_m),
@@ -204,7 +197,7 @@ def _ms_per_m(time_s: float, driven_m: float) -> float:
 
 
 def common(name: str, repeats: Sequence[PlanFigures]) -> list[Figure]:
-    """The figures of some repeats, beside those of the textbook planner and of the peers."""
+    """The figures of some repeats, beside those of the textbook planner and of the peers; then the parts."""
     peers = repeats[0].peers
     return [
         figure(
@@ -225,6 +218,10 @@ def common(name: str, repeats: Sequence[PlanFigures]) -> list[Figure]:
                 "textbook": [each.textbook_ms_per_m for each in repeats],
                 **{name: [each.peers[name].ms_per_m for each in repeats] for name in peers},
             },
+        ),
+        *(
+            figure(f"{name}: {part}", "ms", [each.parts_cpu[part].median_ms for each in repeats])
+            for part in repeats[0].parts_cpu
         ),
     ]
 

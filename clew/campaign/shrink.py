@@ -5,8 +5,9 @@ Rule 2: remove rules first, in halves, then one by one. Then reduce windows and 
         also from rules. Repeat until nothing can be removed.
 """
 
+import dataclasses
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from msgspec.structs import replace
 
@@ -31,12 +32,7 @@ def shrink(case: Case, fails: Callable[[Case], bool]) -> Case:
 
 
 def _with_rules(case: Case, rules: Sequence[Rule]) -> Case:
-    return _changed(case, plan=replace(case.plan, rules=tuple(rules)))
-
-
-def _changed(case: Case, **changes: Any) -> Case:  # noqa: ANN401 - fields of a case have any type
-    said = {name: getattr(case, name) for name in Case.__dataclass_fields__}
-    return Case(**(said | changes))
+    return dataclasses.replace(case, plan=replace(case.plan, rules=tuple(rules)))
 
 
 def fewest(items: Sequence[T], fails: Callable[[list[T]], bool]) -> list[T]:
@@ -76,7 +72,7 @@ def _with_fewer_robots(case: Case, fails: Callable[[Case], bool]) -> Case:
     while (robots := case.scenario.fleet.robots) > 1:
         fleet = replace(case.scenario.fleet, robots=robots - 1)
         plan = _without(case.plan, robot_name(robots))
-        smaller = _changed(case, scenario=replace(case.scenario, fleet=fleet), plan=plan)
+        smaller = dataclasses.replace(case, scenario=replace(case.scenario, fleet=fleet), plan=plan)
         if not fails(smaller):
             break
         case = smaller

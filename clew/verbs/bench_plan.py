@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import click
 import msgspec
 
-from clew.verbs.bench_said import begin, print_figures
+from clew.verbs.bench_said import begin
 from clew.verbs.extras import install_line
 from clew.verbs.options import AS_JSON, runs_option
-from clew.verbs.say import numbers_table, warn
+from clew.verbs.say import warn
 from protocol.errors import UsageError
 from protocol.files.reading import understand
 from protocol.mission import RAYS_MAX
@@ -83,12 +83,7 @@ def plan(
     for size, repeats in _grown(sizes, runs):
         found += repeats
         figures += common(f"a map of {size} scans", repeats)[:1]
-    if as_json:
-        begun.say_json(figures, found)
-        return
-    for each in found:
-        _print(each)
-    print_figures("A plan beside the textbook planner's", figures)
+    begun.say("A plan beside the textbook planner's", figures, found, as_json=as_json)
 
 
 def _peers() -> "Peers":
@@ -152,22 +147,3 @@ def _fields() -> "Iterator[tuple[str, Scenario]]":
         name = f"field {kind} --seed {FIELD_SEED}"
         field = scene(Field(kind=kind, seed=FIELD_SEED))
         yield name, understand(as_scenario(field, name), Scenario, name)
-
-
-def _print(found: "PlanFigures") -> None:
-    from rich.console import Console
-
-    title = f"{found.plans} plans of {len(found.scenes)} scenes [ms]"
-    table = numbers_table("", "median", "90 %", "longest", left=("",), title=title)
-    parts = {f"  {part}": spread for part, spread in found.parts_cpu.items()}
-    rows = {
-        "plan, wall": found.plan_wall,
-        "plan, CPU": found.plan_cpu,
-        **parts,
-        "textbook, CPU": found.textbook_cpu,
-        **{f"{name}, CPU": peer.cpu for name, peer in found.peers.items()},
-    }
-    for name, spread in rows.items():
-        table.add_row(name, f"{spread.median_ms:.2f}", f"{spread.p90_ms:.2f}", f"{spread.max_ms:.2f}")
-    Console().print(table)
-    click.echo(f"The median plan takes {found.ratio:.2f} times as long as that of the textbook planner.")

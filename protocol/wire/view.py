@@ -80,10 +80,14 @@ class Look(Struct, frozen=True, gc=False, kw_only=True):
     """Whether nothing is in the way on its leg."""
     obstacle_m: Length | None = None
     """Distance to the nearest hit that is no robot; null: there is none within the range limit."""
-    driven: bool = False
-    """Whether both stand on one path of one epoch, so that the robot ahead has driven the leg."""
     way: Annotated[tuple[Point, ...], Meta(max_length=LEG_CORNERS_MAX + 2)] = ()
-    """That path between the two, from the robot's own place to the other's, ends included."""
+    """The path that the robot ahead has driven, from the robot's own place to the other's, ends included;
+    empty: they do not both stand on one path of one epoch."""
+
+    @property
+    def driven(self) -> bool:
+        """Whether the robot ahead has driven the leg."""
+        return len(self.way) > 0
 
 
 class Report(Struct, frozen=True, gc=False, kw_only=True, tag="report"):

@@ -152,7 +152,8 @@ class Fleet:
         question = answer.question
         assert question is not None
         knows = robot == 1 and question.formers == FORMERS[2]
-        self.say(robot, look=Look(number=question.number, clear=knows, driven=knows))
+        way = tuple(Point(x_m=AT[each].x_m, y_m=AT[each].y_m) for each in (1, 2)) if knows else ()
+        self.say(robot, look=Look(number=question.number, clear=knows, way=way))
 
 
 def test_a_leg_to_a_robot_that_has_moved_in_its_turn_does_not_count_as_driven() -> None:
@@ -172,8 +173,7 @@ def test_a_leg_to_a_robot_that_has_moved_in_its_turn_does_not_count_as_driven() 
     for _ in range(80):
         fleet.step()
     assert fleet.formed is not None
-    stands_at = fleet.formed.laid[-1].x_m, fleet.formed.laid[-1].y_m
-    assert stands_at == (AT[2].x_m, AT[2].y_m) or fleet.formed.driven == (False, False)
+    assert fleet.reports[2].place == AT[2] or fleet.formed.driven == (False, False)
 
 
 # --- turns and lives ------------------------------------------------------------------------------------

@@ -39,7 +39,10 @@ def reports(places: Places, former: Epoch | None = None, *stayed: int) -> Report
 
 def sees(*clear: int, driven: tuple[int, ...] = ()) -> Callable[[int], Look]:
     """What robots see of their legs."""
-    return lambda robot: Look(number=1, clear=robot in {*clear, *driven}, driven=robot in driven)
+    straight = (Point(x_m=0.0, y_m=0.0),) * 2  # where it ends does not matter here
+    return lambda robot: Look(
+        number=1, clear=robot in {*clear, *driven}, way=straight if robot in driven else ()
+    )
 
 
 def settled(draft: Draft, there: Reports, *clear: int, driven: tuple[int, ...] = ()) -> Draft:

@@ -87,10 +87,11 @@ def test_the_same_question_is_not_asked_again_while_both_stand_where_they_stood(
 
 def test_after_a_turn_legs_are_looked_at_anew_unless_they_have_been_driven() -> None:
     questions = asked()
-    for robot, driven in ((2, False), (3, True)):
+    ways: dict[int, tuple[Point, ...]] = {2: (), 3: (Point(x_m=0.0, y_m=0.0), Point(x_m=1.0, y_m=0.0))}
+    for robot, way in ways.items():
         question = questions.pending(robot)
         assert question is not None
-        questions.hear(robot, Look(number=question.number, clear=True, driven=driven))
+        questions.hear(robot, Look(number=question.number, clear=True, way=way))
     assert questions.ask_about_legs(ORDER, QUEUE, 1.0, turn=0, keeps=True) == []
     assert questions.ask_about_legs(ORDER, QUEUE, 1.0, turn=1, keeps=True) == [2]
     assert not questions.sees(2).clear, "a robot may stand on its leg"

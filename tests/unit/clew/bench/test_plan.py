@@ -87,7 +87,6 @@ def test_figures_are_median_90th_percentile_and_maximum_in_milliseconds() -> Non
     parts_s = dict.fromkeys(PARTS, 0.001)
     found = figures(["one"], [Sample(n / 1000.0, 2.0 * n / 1000.0, parts_s, 0.002) for n in range(11)])
     assert (found.plans, list(found.scenes)) == (11, ["one"])
-    assert found.ratio == pytest.approx(2.5)
     for spread, expected_ms in ((found.plan_cpu, (5.0, 9.0, 10.0)), (found.plan_wall, (10.0, 18.0, 20.0))):
         assert (spread.median_ms, spread.p90_ms, spread.max_ms) == pytest.approx(expected_ms)
 
@@ -95,10 +94,13 @@ def test_figures_are_median_90th_percentile_and_maximum_in_milliseconds() -> Non
 def test_the_common_figures_have_a_repeat_for_each_run_and_divide_by_the_metres_that_were_planned() -> None:
     parts_s = dict.fromkeys(PARTS, 0.001)
     runs = [figures(["one"], [Sample(cpu_s, 1.0, parts_s, 0.002, 0.5)] * 4) for cpu_s in (0.001, 0.003)]
-    plan, metre = common("360 directions", runs)
+    plan, metre, *parts = common("360 directions", runs)
     assert (plan.measured.repeats, plan.measured.most) == (2, 3.0)
     assert (plan.baselines[0].ratio.least, plan.met) == (0.5, True)
     assert (metre.measured.most, metre.baselines[0].measured.most) == (6.0, 4.0)
+    assert [(each.name, each.measured.most) for each in parts] == [
+        (f"360 directions: {part}", 1.0) for part in PARTS
+    ]
 
 
 def textbook_cost_at_start(path: Path, hit_points: Floats) -> float:
@@ -133,7 +135,7 @@ def test_bench_plan_times_every_part_for_the_named_scenes(tmp_path: Path) -> Non
     for spread in (said["plan_cpu"], said["plan_wall"], said["textbook_cpu"], *said["parts_cpu"].values()):
         assert 0.0 <= spread["median_ms"] <= spread["p90_ms"] <= spread["max_ms"]
     for_people = clew("bench", "plan", "--scenes", path)
-    assert f"{said['plans']} plans of 1 scenes" in for_people.stdout
+    assert "as the scenes are: certify" in for_people.stdout
     assert "the textbook planner" in for_people.stdout
 
 
