@@ -8,8 +8,9 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-Metres = Annotated[float, Meta(ge=-1e6, le=1e6)]
-Length = Annotated[float, Meta(ge=0.0, le=1e6, description="m")]
+METRES_MAX = 1e6
+Metres = Annotated[float, Meta(ge=-METRES_MAX, le=METRES_MAX)]
+Length = Annotated[float, Meta(ge=0.0, le=METRES_MAX, description="m")]
 Seconds = Annotated[float, Meta(ge=0.0, le=1e9)]
 SPEED_MPS_MAX = 100.0
 Speed = Annotated[float, Meta(ge=0.0, le=SPEED_MPS_MAX)]

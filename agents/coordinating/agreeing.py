@@ -13,7 +13,7 @@ from agents.coordinating.order import places_of, positions
 from agents.coordinating.turnabout import Turning, turned_round
 from protocol.arrays import distances_to_segments, xy
 from protocol.fence import Cause, Epoch
-from protocol.frames import Point, one_more
+from protocol.frames import METRES_MAX, Point, one_more
 from protocol.mission import Bounds
 from protocol.path import Path
 from protocol.timeline import RobotStranded
@@ -64,7 +64,7 @@ class Agreement:
             laid = lay_path(order, places_of(reports), legs, self.path_bounds)
             driven = frozenset(legs).intersection(order[1:])
             plan = self._plan(tuple(order), laid, driven, reports, turn=turn)
-            if len(order) == 1 or fits(plan.as_record()):
+            if len(order) == 1 or (plan.path.end_m <= METRES_MAX and fits(plan.as_record())):
                 return plan
             order = order[: -1 - len(order) // LEFT_OUT_PART]
 

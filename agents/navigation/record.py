@@ -4,7 +4,7 @@ from agents.navigation.certificate import promised_clearance_m
 from agents.navigation.scan import View
 from agents.navigation.step import Sight, Step
 from protocol.arrays import Flags, Floats
-from protocol.frames import Point
+from protocol.frames import METRES_MAX, Point
 from protocol.mission import CERTIFIED, Mission
 from protocol.timeline import SeenGap, SeenObstacle, StepPlanned
 from protocol.timeline.steps import SEEN_MAX
@@ -49,7 +49,7 @@ def planned(
         target=point(target),
         reach_m=reach_m,
         promised_clearance_m=promised_m,
-        cost_to_go_m=step.cost_to_go_m,
+        cost_to_go_m=None if step.cost_to_go_m is None else min(step.cost_to_go_m, METRES_MAX),
         joins=sight is None,
     )
 

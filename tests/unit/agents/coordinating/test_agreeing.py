@@ -7,7 +7,7 @@ from agents.commands import Note
 from agents.coordinating.agreeing import NO_ROOM, Agreement, Intent
 from agents.strand.leading import LEADERS_MAX
 from protocol.fence import Cause, Epoch
-from protocol.frames import ROBOTS_MAX, Point, Pose, Vertex
+from protocol.frames import METRES_MAX, ROBOTS_MAX, Point, Pose, Vertex
 from protocol.network.outbox import Outbox
 from protocol.timeline import RobotStranded
 from protocol.wire.codec import fits
@@ -116,3 +116,16 @@ def test_a_formation_has_as_many_robots_as_a_message_can_tell_and_the_others_lea
     ]
     assert {each.robot for each in told} == left_out
     assert {each.reason for each in told} == {NO_ROOM}
+
+
+def test_a_robot_that_says_that_it_stands_where_no_path_leads_has_no_room_in_the_strand() -> None:
+    """An arc length that no message can tell is refused: no member hears of the strand, nor the recorder."""
+    far = Pose(x_m=METRES_MAX, y_m=METRES_MAX, heading_rad=0.0)
+    reports = {
+        1: report(1),
+        2: replace(report(2), place=replace(HERE, x_m=-1.0)),
+        3: replace(report(3), place=far),
+    }
+    agreement = Agreement(1, EPOCH, Intent(Cause.START), sensed=False)
+    assert agreement.drafted((1, 2, 3), {}, reports, turn=1).order == (1, 2)
+    assert agreement.drafted((1, 2), {}, reports, turn=1).order == (1, 2)

@@ -14,7 +14,7 @@ from agents.strand.dead_end import ROOM_STEPS_MAX
 from agents.strand.leader import DeadEnd, Leader, Wait
 from agents.strand.visited import AGAIN_MAX
 from protocol.arrays import xy
-from protocol.frames import Point, Pose
+from protocol.frames import METRES_MAX, Point, Pose
 from protocol.mission import Bounds, Mission
 from protocol.network.outbox import Outbox
 from protocol.path import Path
@@ -54,6 +54,12 @@ def test_a_goal_beyond_the_range_is_approached_as_far_as_certified() -> None:
     step = planned(step_through([], to(10.0, 0.0)))
     assert ROBOT.range_m_max - KEEP_M - 0.1 < step.length_m < ROBOT.range_m_max - KEEP_M
     assert step.heading_rad == pytest.approx(0.0, abs=0.02)
+
+
+def test_a_goal_that_is_further_away_than_a_message_can_tell_is_approached_too() -> None:
+    step = planned(step_through([], replace(to(METRES_MAX, METRES_MAX), bounds=None)))
+    assert step.length_m > KEEP_M
+    assert step.cost_to_go_m == METRES_MAX
 
 
 def test_with_a_goal_no_obstacle_and_one_obstacle_are_no_special_cases() -> None:
