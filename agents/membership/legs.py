@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from agents.navigation.leg import certain_clearance_m_min, is_unsure_of_leg, leg_is_certain
+from agents.navigation.leg import certain_clearance_m_min, leg_is_certain, leg_meets_nothing
 from agents.navigation.scan import View, on_discs
 from agents.navigation.sure import closer
 from protocol.arrays import Flags, Floats, distances_to_segments
@@ -13,7 +13,8 @@ from protocol.sweep import TOUCHING_M
 
 def without_hulls(view: View, robots: Floats, mission: Mission) -> View:
     """A scan without what it shows of robots that stand (n, 2)."""
-    hulls = on_discs(view.points, robots, within_m=mission.hull_reach_m)
+    hulls = np.zeros(len(view.hits), dtype=np.bool_)
+    hulls[view.hits] = on_discs(view.hit_points, robots, within_m=mission.hull_reach_m)
     return view.without(hulls, np.stack([robots, robots], axis=1))
 
 
@@ -27,9 +28,9 @@ def leg_needs_closer_look(seen: View, ahead: Floats, mission: Mission) -> bool:
     """Whether only what the scan may have missed blocks that way, and a closer look may show it."""
     return (
         closer(mission, len(seen.ranges_m)) is not None
+        and not leg_is_clear(seen, ahead, mission)  # first: most legs are
         and _leg_may_be_clear(seen, ahead, mission, rays=mission.closest_rays)
-        and (is_unsure_of_leg(seen, ahead, mission) or leg_is_certain(seen, ahead, mission))
-        and not leg_is_clear(seen, ahead, mission)
+        and (leg_meets_nothing(seen, ahead, mission) or leg_is_certain(seen, ahead, mission))
     )
 
 

@@ -119,10 +119,15 @@ def leg_is_certain(seen: View, end: Floats, mission: Mission) -> bool:
     return certain_clearance_m(seen, end, mission) >= certain_clearance_m_min(mission)
 
 
+def leg_meets_nothing(seen: View, end: Floats, mission: Mission) -> bool:
+    """Whether such a way is clear of all hits."""
+    seen_m = _clearance_m(seen, end, _points(seen), mission, leaves=False)
+    return seen_m >= certain_clearance_m_min(mission)
+
+
 def is_unsure_of_leg(seen: View, end: Floats, mission: Mission) -> bool:
     """Whether such a way is clear of all hits, but not of what the scan may have missed."""
-    seen_m = _clearance_m(seen, end, _points(seen), mission, leaves=False)
-    return seen_m >= certain_clearance_m_min(mission) and not leg_is_certain(seen, end, mission)
+    return leg_meets_nothing(seen, end, mission) and not leg_is_certain(seen, end, mission)
 
 
 def place_is_clear(seen: View, mission: Mission) -> bool:

@@ -21,7 +21,7 @@ from msgspec.structs import replace
 from agents.commands import AskScan, Command, Note, Order, Put, Say, Tell
 from agents.events import Event, LinkHeard, OdometryHeard, ScanHeard, TokensWatched, ViewHeard
 from agents.process.addresses import ALL_ALIVE
-from agents.process.asking import mission_times_s
+from agents.process.asking import Asking
 from agents.process.failure import failed
 from agents.process.journal import Given, Head, Journal, decided, open_journal
 from agents.process.points import is_plan
@@ -157,15 +157,18 @@ class Shell:
         # First of all: faults of the answer are recorded, but a log detects a new life by its first entry.
         self._note(RobotStarted(pid=os.getpid(), incarnation=self._incarnation))
         mission: Mission | None = None
-        retry_s, patience_s = mission_times_s(self._robots)
-        until_s = time.monotonic() + patience_s
-        while time.monotonic() < until_s:
-            self._transport.ask(self._keys.mission(), Ask())
+        asking = Asking(self._robots, time.monotonic())
+        while not asking.is_over(time.monotonic()):
+            if asking.asks(time.monotonic()):
+                self._transport.ask(self._keys.mission(), Ask())
             # Keep everything: tokens may arrive with the mission, and they are not sent again.
-            for arrival in await self._transport.arrivals(retry_s):
+            for arrival in await self._transport.arrivals(asking.wait_s(time.monotonic())):
                 match arrival:
                     case Heard(key, message=Mission() as told) if key == self._keys.mission():
                         mission = told
+                    case Appeared(key) if self._keys.part(key, 1) == WORLD:
+                        asking.world_came()
+                        self._kept.append(arrival)
                     case _:
                         self._kept.append(arrival)
             if mission is not None:
