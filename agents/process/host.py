@@ -6,7 +6,8 @@ Rule 2: when asked to end, the host asks all its robots, waits, and kills those 
 Rule 3: a robot ends soon after its host: it holds the reading end of a pipe whose writing end only the host
         has.
 Rule 4: a process fault that the world commands (`protocol.faults.process_commands`) is no failure of the
-        robot, nor of the host. A host whose last robot was killed so waits: it may be told to start it again.
+        robot, nor of the host. Without robots a host waits for one that was killed so: it may be told to
+        start it again, unless another robot of that fleet has ended well. None does before the run is over.
 Rule 5: robots are started as `starting.py` says; each tells its host through a pipe that it is connected.
 """
 
@@ -144,14 +145,17 @@ class _Host:
         """Robots to restart as soon as their process has ended."""
         self._exit_code: int = ExitCode.OK
         self._all_ended = asyncio.Event()
-        self._last_was_killed = False
-        """Whether a fault killed the robot that ended last (rule 4)."""
+        self._down: set[Place] = set()
+        """Robots that a fault has killed, and that were not started since (rule 4)."""
+        self._over: set[Orders] = set()
+        """The fleets of which a robot has ended well."""
         self._listening: Sequence[tuple[socket.socket, Orders]] = ()
         self._ends = False
         self._known: set[Place] = set()
 
     def start(self, place: Place) -> None:
         """Have a robot started, for the first time or again."""
+        self._down.discard(place)
         self._starting.wait(place)
 
     def _fork(self) -> None:
@@ -232,7 +236,11 @@ class _Host:
                 return
             self._starting.arrived([pid])
             place, exit_code = self._robots.pop(pid), os.waitstatus_to_exitcode(status)
-            killed = self._last_was_killed = pid in self._killed and exit_code == -signal.SIGKILL
+            killed = pid in self._killed and exit_code == -signal.SIGKILL
+            if killed:
+                self._down.add(place)
+            if exit_code == 0:
+                self._over.add(place[0])
             # Until it handles signals, SIGTERM ends it at once.
             as_asked = self._ends and exit_code in {ExitCode.TERMINATED, -signal.SIGTERM}
             if exit_code != 0 and not (killed or as_asked):
@@ -246,7 +254,8 @@ class _Host:
         self._note_end()
 
     def _note_end(self) -> None:
-        if not self._robots and (self._ends or not self._last_was_killed):
+        may_come_back = any(told not in self._over for told, _ in self._down)
+        if not self._robots and (self._ends or not may_come_back):
             self._all_ended.set()
 
     def _signal_all(self, number: signal.Signals) -> None:

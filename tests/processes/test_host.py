@@ -66,9 +66,9 @@ class PlayedWorld:
             case _:
                 pass
 
-    def tell(self, t_s: float, phase: Phase) -> None:
-        """Send every robot the odometry of a standing body."""
-        for name in THREE:
+    def tell(self, t_s: float, phase: Phase, *names: str) -> None:
+        """Send these robots, or all, the odometry of a standing body."""
+        for name in names or THREE:
             pose = Pose(x_m=float(name[1]), y_m=0.0, heading_rad=0.0)
             odometry = Odometry(n=1, t_s=t_s, pose=pose, moving=False, finished=0, fence=Fence(), phase=phase)
             self._transport.put(KEYS.odometry(name), odometry)
@@ -143,6 +143,15 @@ async def test_a_robot_killed_by_a_process_fault_is_no_failure_of_the_host() -> 
         assert ended(process) == (0, "")
 
 
+async def test_a_host_whose_last_robot_is_killed_when_the_run_is_over_waits_for_nobody() -> None:
+    async with host("1-3") as (world, process):
+        world.tell(0.0, Phase.CLOSING, "r1", "r3")
+        await world.until_recorded(TrafficCounted, ["r1", "r3"])
+        until_reaped(world, "r1", "r3")
+        world.strike("r2", ProcessAction.KILL)
+        assert ended(process) == (0, "")
+
+
 async def test_a_robot_that_is_killed_and_restarted_is_a_new_process() -> None:
     async with host("1-3") as (world, process):
         world.strike("r2", ProcessAction.KILL)
@@ -154,11 +163,16 @@ async def test_a_robot_that_is_killed_and_restarted_is_a_new_process() -> None:
         assert ended(process) == (0, "")
 
 
+def until_reaped(world: PlayedWorld, *names: str) -> None:
+    """Wait until the host has reaped these robots."""
+    wait_until(lambda: None if any(Path(f"/proc/{world.pid(name)}").exists() for name in names) else True)
+
+
 def kill_all(world: PlayedWorld) -> None:
     """Have all robots killed, and wait until their host has reaped them."""
     for name in THREE:
         world.strike(name, ProcessAction.KILL)
-    wait_until(lambda: None if any(Path(f"/proc/{world.pid(name)}").exists() for name in THREE) else True)
+    until_reaped(world, *THREE)
 
 
 async def test_a_host_all_of_whose_robots_are_killed_can_be_told_to_start_them_again() -> None:
