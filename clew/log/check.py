@@ -66,14 +66,10 @@ def check(timeline: Timeline | Log) -> Finding:
         UsageError: the header has no scenario that this version can read.
     """
     scenario = scenario_of(timeline)
-    recorded: list[Breach] = []
-    judge = Judge(scenario)
-    for source, entry in timeline.lines:
-        if isinstance(entry.record, PromiseBroken):
-            recorded.append(Breach(t_s=entry.t_s, broken=entry.record))
-        judge.hear(source, entry)
-    judge.close(cut_off=timeline.ended is None)
-    judgement = judge.judgement
+    judgement, recorded = _judged(timeline, scenario)
+    if timeline.ended is None and any(contradictions(recorded, judgement)):
+        # What waits for entries is decided when the run is over: the world has decided, and died then.
+        judgement, recorded = _judged(timeline, scenario, is_over=True)
     promises = Promises.of(scenario)
     flaws = [*timeline.flaws, *contradictions(recorded, judgement), *_changed(timeline)]
     if judgement.failure is not None:
@@ -96,6 +92,23 @@ def check(timeline: Timeline | Log) -> Finding:
     )
     denied = tuple(_denied(timeline, finding))
     return replace(finding, ok=finding.ok and not denied, flaws=(*finding.flaws, *denied))
+
+
+def _judged(
+    timeline: Timeline | Log, scenario: Scenario, *, is_over: bool = False
+) -> tuple[Judgement, list[Breach]]:
+    """What a timeline shows, and the broken promises that are recorded in it.
+
+    `is_over`: its run was over, though the log does not say so.
+    """
+    recorded: list[Breach] = []
+    judge = Judge(scenario)
+    for source, entry in timeline.lines:
+        if isinstance(entry.record, PromiseBroken):
+            recorded.append(Breach(t_s=entry.t_s, broken=entry.record))
+        judge.hear(source, entry)
+    judge.close(cut_off=timeline.ended is None and not is_over)
+    return judge.judgement, recorded
 
 
 def _denied(timeline: Timeline | Log, finding: Finding) -> Iterator[str]:

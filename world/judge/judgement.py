@@ -148,7 +148,8 @@ class Judge:
             speed_mps_max=scenario.drive.speed_mps,
         )
         self._distances = Distances(scenario)
-        further = self._distances, Watched(), Truth(scenario)
+        self._truth = Truth(scenario)
+        further = self._distances, Watched(), self._truth
         self._court = Court(tolerance, followers_sense=law.promises_clearance, further=further)
         self._failure: str | None = None
 
@@ -167,6 +168,8 @@ class Judge:
         Args:
             cut_off: the log ends before its run: what waits for an entry of another source stays undecided.
         """
+        if cut_off:
+            self._truth.cut_off()
         found = self._judge(lambda: self._court.close(cut_off=cut_off))
         self._failure = self._failure or self._distances.unjudged
         return found

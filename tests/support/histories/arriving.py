@@ -157,13 +157,15 @@ def lines_of(said: Iterable[Said]) -> list[tuple[str, Entry]]:
     return lines
 
 
-def breaches(said: Iterable[Said], scene: Scenario = SCENE) -> list[PromiseBroken]:
+def breaches(said: Iterable[Said], scene: Scenario = SCENE, *, cut_off: bool = False) -> list[PromiseBroken]:
     """What the entries of robots break, by true poses."""
     truth = Truth(scene)
+    if cut_off:
+        truth.cut_off()
     found = [each for source, entry in lines_of(said) for each in truth.hear(source, entry)]
     return [breach for _, breach in [*found, *truth.close()]]
 
 
-def broken(said: Iterable[Said]) -> list[tuple[str, int]]:
+def broken(said: Iterable[Said], *, cut_off: bool = False) -> list[tuple[str, int]]:
     """The invariants that are broken, and by whom."""
-    return [(breach.invariant, breach.robot) for breach in breaches(said)]
+    return [(breach.invariant, breach.robot) for breach in breaches(said, cut_off=cut_off)]

@@ -70,6 +70,20 @@ def test_what_waits_for_entries_that_a_cut_log_has_not_is_broken_only_if_the_run
     assert cut_off.violations == 0
 
 
+def test_what_the_world_has_found_broken_at_the_end_is_found_again_without_its_last_entry(
+    tmp_path: Path,
+) -> None:
+    granted: Said = ("r3", AuthorityGranted(to=4, authority_m=1.0, epoch=1))
+    ended = numbered((*AT_REST[:-1], granted, AT_REST[-1]))
+    found = check(Log(recorded(tmp_path / "found", ended))).breaches
+    broken = [("world", replace(ended[-1][1], record=each.broken)) for each in found]
+    t_s = ended[-2][1].t_s  # so that nothing shows before the end that no other entry of this time comes
+    told = [(source, replace(entry, n=n, t_s=t_s)) for n, (source, entry) in enumerate(broken, start=6)]
+    cut_off = check(Log(recorded(tmp_path / "cut", [*ended[:-1], *told])))
+    assert cut_off.violations == len(found) > 0
+    assert not any("not found again" in each for each in cut_off.flaws)
+
+
 def judged(folder: Path, **said: object) -> Finding:
     """What is found in a log where nothing moved, beside a verdict that says this."""
     run = recorded(folder, numbered(AT_REST))

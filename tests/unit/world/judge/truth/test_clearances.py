@@ -64,6 +64,20 @@ def test_a_step_that_never_ends_is_judged_as_far_as_it_was_driven() -> None:
     assert broken(run(raised, plan_1=(0.9, "r1", plan(LEFT_M + INFLATED_M)), without=cut)) == []
 
 
+@pytest.mark.parametrize("late", ["r1", "r2", "r3"])
+def test_a_log_that_is_cut_off_is_not_called_broken_for_entries_of_robots_that_come_late(late: str) -> None:
+    lines = sorted(run(), key=lambda said: said[0] + 5.0 * (said[1] == late))
+    assert broken(lines) == []
+    cuts = [lines[:cut] for cut in range(1, len(lines))]
+    assert all(broken(cut, cut_off=True) == [] for cut in cuts)
+    assert any(broken(cut) for cut in cuts), "the cuts are between what is done and what allows it"
+
+
+def test_what_a_log_that_is_cut_off_shows_broken_is_found() -> None:
+    cut = ("finished 1", "goal 1", "arrived 1", "arrived 2", "arrived 3")
+    assert broken(promised(LEFT_M + INFLATED_M, without=cut), cut_off=True) == [("S4", 1)]
+
+
 def test_a_step_that_was_interrupted_and_resumed_is_one_step() -> None:
     stands: Said = (2.0, "world", replace(order(1, 0.5, 0.0), target=None))
     again: Said = (2.2, "world", order(1, 0.5, GOAL_M, step=1))

@@ -109,6 +109,10 @@ def test_a_process_counts_when_the_world_has_seen_its_token(
     assert broken(run((9.3, "r2", AGAIN), *further)) == found
 
 
+def test_in_a_log_that_is_cut_off_the_token_of_a_process_may_be_to_come() -> None:
+    assert broken(run((9.3, "r2", AGAIN), SPOKE), cut_off=True) == []
+
+
 def test_a_log_without_incarnations_shows_nothing_about_tokens() -> None:
     voices = Voices()
     said: list[Said] = [
