@@ -5,7 +5,7 @@ Rule 1: simulated time advances only by ticks. Wall-clock time is an argument an
 Rule 2: `running` ends on the first of these, and is followed by `over`, `closing`, and the judgement:
         - every living robot has arrived;
         - of the living some have arrived, the rest is stranded for a while, or again, and nothing can move;
-        - the leader has lost its route, or nothing has moved for `HEAL_S_MAX`;
+        - the leader has lost its route, or a loss has not healed within `HEAL_S_MAX`;
         - the time limit; all robots, or the router, stay away; a request to end.
 Rule 3: without a router no robot can be heard, and no robot is declared dead for that silence.
 Rule 4: a change of the fence is told to all robots at once. A resumed world raises the fence before all else.
@@ -350,7 +350,7 @@ class World:
                 return Ending.STRANDED
         if tally.route_lost is not None:
             return Ending.ROUTE_LOST
-        if tally.disturbed_s > 0.0 or not self.scenario.obstacles_move:
+        if tally.disturbed_s is not None:
             last_s = max(tally.disturbed_s, tally.arrived_s, self.arena.moved_s, self.arena.turn_s)
             if self.now_s - last_s >= HEAL_S_MAX:
                 return Ending.STUCK

@@ -50,8 +50,8 @@ class Tally:
     """The entries from which `world.judge.recovery` finds deaths, successions and heals."""
     died: set[int] = field(default_factory=set)
     restarted: set[int] = field(default_factory=set)
-    disturbed_s: float = 0.0
-    """When a robot last died, returned, or broke a link; 0: none has."""
+    disturbed_s: float | None = None
+    """When a robot last died, returned, or broke a link."""
     arrived_s: float = 0.0
     """When a robot last arrived."""
     stranded: dict[int, RobotStranded] = field(default_factory=dict)
@@ -227,8 +227,8 @@ class Tally:
     @property
     def changed_s(self) -> float:
         """When a robot last arrived, was stranded or disturbed, or a formation was made."""
-        return max(self.arrived_s, self.stranded_s, self.disturbed_s)
+        return max(self.arrived_s, self.stranded_s, self.disturbed_s or 0.0)
 
     def _disturb(self, t_s: float) -> None:
-        self.disturbed_s = max(self.disturbed_s, t_s)
+        self.disturbed_s = max(self.disturbed_s or 0.0, t_s)
         self.stranded_again, self._left_out = False, frozenset()
