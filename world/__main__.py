@@ -3,6 +3,9 @@
 from protocol.process.loading import loading
 
 with loading():
+    from protocol.process.allocation import allocate_from_one_arena
+
+    allocate_from_one_arena()  # before any import starts a thread
     import argparse
     import logging
     import os
@@ -16,7 +19,6 @@ with loading():
     from protocol.exit_codes import ExitCode
     from protocol.network.session import Session, read_session
     from protocol.plain import PlainFormatter
-    from protocol.process.allocation import allocate_from_one_arena
     from protocol.run_settings import SCENARIO_FILE, check_is_run, read_plan, read_settings
     from world.judge.hulls import AllHulls
     from world.judge.together import TogetherVerdict, pass_together
@@ -34,7 +36,6 @@ STDIN = 0
 def main() -> int:
     """Run the world; returns the verdict's exit code."""
     arguments = _parse()
-    allocate_from_one_arena()
     stderr = logging.StreamHandler()
     stderr.setFormatter(PlainFormatter("world: %(message)s"))
     logging.basicConfig(handlers=[stderr], level=logging.INFO)

@@ -58,7 +58,8 @@ class Watch:
             UsageError: the run cannot be read.
         """
         try:
-            events = (self.place / EVENTS_FILE if self.place.is_dir() else self.place).resolve(strict=True)
+            place = self.place.resolve(strict=True)  # first: the link may come, or change, at any moment
+            events = (place / EVENTS_FILE).resolve(strict=True) if place.is_dir() else place
             which, marks = (events, events.stat().st_ino), _marks(events)
         except OSError:
             return []

@@ -44,6 +44,25 @@ def test_a_run_that_begins_later_is_watched_from_its_start(tmp_path: Path) -> No
     assert watch.look() == []
 
 
+def test_a_link_that_comes_while_it_is_looked_for_is_a_run_at_the_next_look(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run, latest = recorded(tmp_path / "first", LINES), tmp_path / "latest"
+    is_dir = Path.is_dir
+
+    def link_comes_after(place: Path) -> bool:
+        answer = is_dir(place)
+        if not latest.is_symlink():
+            latest.symlink_to(run)
+        return answer
+
+    monkeypatch.setattr(Path, "is_dir", link_comes_after)
+    watch = Watch(latest)
+    assert watch.look() == []
+    latest.is_dir()
+    assert watch.look()[0] == Began(run / EVENTS_FILE)
+
+
 def test_lines_cut_off_by_a_resumed_world_are_never_sent_and_its_new_lines_are(run: Path) -> None:
     events = run / EVENTS_FILE
     whole = events.read_bytes()
