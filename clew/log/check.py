@@ -13,9 +13,10 @@ from protocol.plain import plain
 from protocol.run_settings import SCENARIO_FILE
 from protocol.timeline import PromiseBroken
 from protocol.timeline.invariants import compared, counted, named
-from world.judge.judgement import Breach, Judge, Judgement, untrue_in
+from world.judge.judgement import Breach, Judgement, judge, untrue_in
 from world.judge.monitor import Promises
 from world.judge.verdict import VERDICT_FILE, finite
+from world.record.lines import Line
 from world.record.recorder import EVENTS_FILE
 from world.record.run_files import check_unchanged, read_verdict
 from world.scenario.scenario import Scenario
@@ -102,13 +103,16 @@ def _judged(
     `is_over`: its run was over, though the log does not say so.
     """
     recorded: list[Breach] = []
-    judge = Judge(scenario)
-    for source, entry in timeline.lines:
+    lines = _noting(recorded, timeline.lines)
+    return judge(scenario, lines, cut_off=lambda: timeline.ended is None and not is_over), recorded
+
+
+def _noting(broken: list[Breach], lines: Iterable[Line]) -> Iterator[Line]:
+    """The same lines; adds the broken promises in them to a list, so that a long log is read only once."""
+    for source, entry in lines:
         if isinstance(entry.record, PromiseBroken):
-            recorded.append(Breach(t_s=entry.t_s, broken=entry.record))
-        judge.hear(source, entry)
-    judge.close(cut_off=timeline.ended is None and not is_over)
-    return judge.judgement, recorded
+            broken.append(Breach(t_s=entry.t_s, broken=entry.record))
+        yield source, entry
 
 
 def _denied(timeline: Timeline | Log, finding: Finding) -> Iterator[str]:

@@ -198,10 +198,15 @@ class Judge:
         )
 
 
-def judge(scenario: Scenario, lines: Iterable[tuple[str, Entry]]) -> Judgement:
-    """Judge a timeline, given as sources and their entries in the recorder's order."""
+def judge(
+    scenario: Scenario, lines: Iterable[tuple[str, Entry]], *, cut_off: Callable[[], bool] = lambda: False
+) -> Judgement:
+    """Judge a timeline, given as sources and their entries in the recorder's order.
+
+    `cut_off`: as `Judge.close`, asked behind the last line.
+    """
     judge = Judge(scenario)
     for source, entry in lines:
         judge.hear(source, entry)
-    judge.close()
+    judge.close(cut_off=cut_off())
     return judge.judgement
