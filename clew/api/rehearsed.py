@@ -12,6 +12,7 @@ from msgspec.structs import replace
 from clew.api.fleet import Asked, Fleet, ended
 from clew.api.run import Run
 from clew.fleet.folder import RUNS, folder_name, new_folder
+from clew.log.timeline import is_integer
 from clew.rehearsal.processes import check_rehearsable
 from clew.rehearsal.recorded import Recorded
 from protocol.errors import UsageError
@@ -131,8 +132,8 @@ def _rules(faults: object, scenario: Scenario) -> tuple[Rule, ...]:
 
 
 def _integer(name: str, value: object) -> int:
-    """Any integer, such as one of numpy; no boolean."""
-    if isinstance(value, bool) or not hasattr(value, "__index__"):
+    """Any integer."""
+    if not is_integer(value):
         raise UsageError(f"{name}: must be an integer, got {value!r}")
     return index(value)
 

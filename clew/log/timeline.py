@@ -6,7 +6,7 @@ from fnmatch import filter as filter_names
 from fnmatch import fnmatchcase
 from operator import index
 from pathlib import Path
-from typing import get_args
+from typing import SupportsIndex, TypeGuard, get_args
 
 from clew.log.header import robots_of
 from clew.log.log import Log
@@ -80,13 +80,17 @@ def read(run: Path) -> Timeline:
     return Timeline(log.header, tuple(log.lines), log.flaws)
 
 
+def is_integer(value: object) -> TypeGuard[SupportsIndex]:
+    """Whether a value is an integer, such as one of numpy; no boolean."""
+    return hasattr(value, "__index__") and not isinstance(value, bool)
+
+
 def unknown_step(step: object) -> str | None:
     """Say that this is no number of a switching step; None: it is one, or none is asked for.
 
-    A number of numpy is one. A text would be equal to no number, so no entry would match.
+    A text would be equal to no number, so no entry would match.
     """
-    is_number = hasattr(step, "__index__") and not isinstance(step, bool)
-    if step is None or (is_number and index(step) >= 0):  # type: ignore[arg-type] # it has an index
+    if step is None or (is_integer(step) and index(step) >= 0):
         return None
     return f"step: must be an integer, 0 or more, got {step!r}"
 
