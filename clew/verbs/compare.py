@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from clew.verbs.options import AS_JSON
-from clew.verbs.say import console, numbers_table, say, say_json, warn
+from clew.verbs.say import console, many, numbers_table, say, say_json, warn
 from protocol.errors import UsageError
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def compare(*, a: Path, b: Path, as_json: bool) -> None:
     for name, (one, other) in found.asked.items():
         say(f"asked differently: {name}: A {_said(one)}, B {_said(other)}")
     left = f"; only in A: {found.only_a}, only in B: {found.only_b}" if found.only_a or found.only_b else ""
-    say(f"{found.pairs} pairs of {found.scenes} scenes{left}. A: {a}, B: {b}")
+    say(f"{many(found.pairs, 'pair')} of {many(found.scenes, 'scene')}{left}. A: {a}, B: {b}")
 
 
 def _read(folder: Path) -> "tuple[tuple[Outcome, ...], Asked]":
