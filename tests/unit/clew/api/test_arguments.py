@@ -73,9 +73,7 @@ def test_arguments_that_no_fleet_can_have_are_refused(
 
 @pytest.mark.parametrize("given", [3, None, ""])
 def test_only_a_path_can_be_opened(given: Any) -> None:  # noqa: ANN401 - anything that a user may write
-    with pytest.raises(
-        clew.UsageError, match="^open: must be the folder of a run, or its events.jsonl, got "
-    ):
+    with pytest.raises(clew.UsageError, match=r"^open: must be the folder of a run, or "):
         clew.open(given)
 
 
