@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from clew.verbs.options import AS_JSON
+from clew.verbs.options import AS_JSON, PATH
 from clew.verbs.say import console, many, numbers_table, say, say_json, warn
 from protocol.errors import UsageError
 
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from clew.campaign.compare import Asked, Compared
     from clew.campaign.episode import Outcome
 
-PATH = click.Path(path_type=Path)
 SHOWN = {
     "no_promise_broken": ("no promise broken [%]", 100.0),
     "arrived": ("arrived [%]", 100.0),

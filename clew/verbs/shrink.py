@@ -9,7 +9,7 @@ import click
 import msgspec
 
 from clew.fleet.folder import make_folder
-from clew.verbs.options import SEED
+from clew.verbs.options import PATH, SEED
 from clew.verbs.say import many, to_copy, warn
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -27,11 +27,11 @@ SHRUNK_FOLDER, WORLD_FILE = "shrunk", "world.toml"
 
 
 @click.command("shrink")
-@click.argument("run", type=click.Path(path_type=Path))
+@click.argument("run", type=PATH)
 @click.option("--seed", type=SEED, help="Episode of a swarm campaign.")
 @click.option(
     "--out",
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="Folder for the result; default: shrunk/ in RUN, then shrunk-2/, ...",
 )
 @click.pass_context
