@@ -11,7 +11,7 @@ Rule 3: it waits for a robot without a token only as long as the lateness of the
 Rule 4: it waits for nobody whose messages or process a fault holds up: that is meant.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Set
 from dataclasses import dataclass, field
 
 from protocol.network.lateness import Lateness
@@ -66,6 +66,12 @@ class Answers:
     def excused_s(self, *, wall_s: float) -> float:
         """For how long a process may be silent without a token because the machine is late [wall s]."""
         return min(PATIENCE_S, LATE_TIMES * self.lateness.now_s(wall_s))
+
+    def late(self, living: Set[int], present: Set[int], *, wall_s: float) -> Iterator[int]:
+        """The living robots that the clock waits for (rules 1 to 3); `present`: those that show a token."""
+        for each in self.behind(slack_s=SLACK_S):  # one by one: often only the first matters
+            if each in living and self.waits_for(each, shows_token=each in present, wall_s=wall_s):
+                yield each
 
     def waits_for(self, robot: int, *, shows_token: bool, wall_s: float) -> bool:
         """Whether the clock still waits for the answer of a robot that is behind."""

@@ -125,6 +125,12 @@ class Attendance:
         for robot in self._heard_s:
             self.hear(robot, wall_s=wall_s)
 
+    def lose(self, robots: Set[int]) -> list[int]:
+        """These robots have died, whether or not a token is still shown; returns those that lived."""
+        newly_dead = sorted(self.living & robots)
+        self.dead.update(newly_dead)
+        return newly_dead
+
     def find_deaths(self, *, wall_s: float, excused_s: float = 0.0) -> list[int]:
         """Detect deaths; returns the robots that have died since the last call.
 

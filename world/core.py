@@ -7,7 +7,8 @@ Rule 2: `running` ends on the first of these, and is followed by `over`, `closin
         - of the living some have arrived, the rest is stranded for a while, or again, and nothing can move;
         - the leader has lost its route, or a loss has not healed within `HEAL_S_MAX`;
         - the time limit; all robots, or the router, stay away; a request to end.
-Rule 3: without a router no robot can be heard, and no robot is declared dead for that silence.
+Rule 3: without a router no robot can be heard, and no robot is declared dead for that silence. One that a
+        fault has stopped shortly before the end has died by then, if it has not told what it counted.
 Rule 4: a change of the fence is told to all robots at once. A resumed world raises the fence before all else.
 Rule 5: entries are judged when they are read from the timeline; once the run is over, before each look.
 Rule 6: in lock-step the world waits for every living robot's answer to its last odometry; else for robots
@@ -34,7 +35,7 @@ from protocol.timeline import (
     WorldResumed,
 )
 from protocol.wire.messages import Drive, Phase
-from world.answers import SLACK_S, Answers, due
+from world.answers import Answers, due
 from world.attendance import Attendance, Coming
 from world.bodies.arena import Arena
 from world.bodies.bodies import Bodies
@@ -129,17 +130,9 @@ class World:
 
     def held_up(self, is_excused: Callable[[int], bool], *, wall_s: float) -> Iterator[int]:
         """The robots that the clock waits for; it waits for nobody whom a fault holds up."""
-        answers, living, present = self.answers, self.attendance.living, self.attendance.present
-        late = answers.behind(slack_s=SLACK_S) if self.phase is Phase.RUNNING else ()
-        for each in late:  # one by one: before a tick only the first matters, and a large fleet has many
-            waits = each in living and answers.waits_for(each, shows_token=each in present, wall_s=wall_s)
-            if waits and not is_excused(each):
-                yield each
-
-    @property
-    def stranded(self) -> list[int]:
-        """The living robots that are stranded and have not arrived."""
-        return sorted((self.tally.stranded.keys() - self.tally.arrived) & self.attendance.living)
+        if self.phase is Phase.RUNNING:
+            late = self.answers.late(self.attendance.living, self.attendance.present, wall_s=wall_s)
+            yield from (each for each in late if not is_excused(each))
 
     def resume(self, *, wall_s: float) -> list[Command]:
         """Resume from the timeline of a world that was killed."""
@@ -240,7 +233,7 @@ class World:
                 # All entries of a robot that ended were acknowledged: nothing more will arrive.
                 gone = not self.attendance.living & self.attendance.present
                 if self.judgement is None and (gone or waited_s >= LAST_WORDS_WALL_S):
-                    return self._end_judged()
+                    return self._note_last_deaths() or self._end_judged()
         return []
 
     def _note_token(self, robot: int, incarnation: str, wall_s: float) -> list[Command]:
@@ -337,6 +330,12 @@ class World:
     def _note_death(self, robot: int) -> Note:
         return self.arena.note(RobotDied(robot=robot, silent_since_s=self.bodies.basis_s(robot - 1)))
 
+    def _note_last_deaths(self) -> list[Command]:
+        """The robots that a fault stopped too late to be found dead while the run went on."""
+        dead = self.attendance.lose(self.tally.stopped.keys() - self.tally.counted.keys())
+        self.survivors -= set(dead)
+        return [self._note_death(robot) for robot in dead]
+
     def _find_ending(self, wall_s: float) -> Ending | None:
         living, tally = self.attendance.living, self.tally
         if not living and self.attendance.silence_s(wall_s=wall_s) >= ROBOTS_PATIENCE_WALL_S:
@@ -388,7 +387,8 @@ class World:
         assert self.ending is not None, "judged before the run was over"
         self._unlawful += [each.broken for each in self._judge.close()]
         self.judgement = self._judge.judgement
-        about = {Ending.MISSING: self.attendance.missing, Ending.STRANDED: self.stranded}.get(self.ending)
+        stranded = self.tally.stranded_among(self.attendance.living)
+        about = {Ending.MISSING: self.attendance.missing, Ending.STRANDED: stranded}.get(self.ending)
         reason = str(self.ending) if about is None else f"{self.ending}: {', '.join(map(robot_name, about))}"
         return [*self._take_unlawful(), self.arena.note(RunEnded(reason=reason))]
 

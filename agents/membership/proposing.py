@@ -108,8 +108,6 @@ class Proposing:
         own, plea = member.reason, self._pleas.reason(now_s, stands=not odometry.moving)
         if own is not None and (plea is None or own.cause not in {Cause.DEAD_END, Cause.NO_WAY}):
             return own
-        if not self._suspicion.judges(now_s):
-            return plea
         all_wait = odometry.stood_s > self._timing.stood_s and not member.arrived
         named_s = -math.inf if reporter is None else reporter.formed_s
         for link in member.strand.links:

@@ -10,6 +10,7 @@ import msgspec
 from msgspec.structs import replace
 
 from clew.api.fleet import Asked, Fleet, ended
+from clew.api.paths import path_of
 from clew.api.run import Run
 from clew.fleet.folder import RUNS, folder_name, new_folder
 from clew.log.timeline import is_integer
@@ -113,7 +114,7 @@ def asked_of(
         raw["fleet"]["robots"] = scenario.fleet.robots if robots is None else robots
         raw["time"]["time_s_max"] = scenario.time.time_s_max if time_s_max is None else time_s_max
         scenario = understand(raw, Scenario, scenario.name)
-    folder = Path(out) if out is not None else _new_folder(scenario)
+    folder = _new_folder(scenario) if out is None else path_of("out", out, "a folder")
     return Asked(scenario=scenario, seed=settings.seed, folder=folder, rules=_rules(faults, scenario))
 
 

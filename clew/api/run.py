@@ -18,6 +18,7 @@ from clew.api.entries import Entry
 from clew.api.faults import Who, names, robot_of
 from clew.api.frames import columns_of, frame_of
 from clew.api.moment import Moment, moment_of
+from clew.api.paths import path_of
 from clew.api.picture import html_of
 from clew.api.reading import Reading
 from clew.fleet.summary import figures_line, recovery_lines, verdict_sentence
@@ -50,7 +51,7 @@ class Run:
     """A run, as far as it has been recorded."""
 
     def __init__(self, run: Path | str) -> None:
-        self._reading = Reading(Path(run))
+        self._reading = Reading(path_of("open", run, "the folder of a run, or its events.jsonl"))
 
     @property
     def folder(self) -> Path:
@@ -198,7 +199,9 @@ class Run:
         Raises:
             UsageError: it cannot be written, or another file is there.
         """
-        written, _flaws = write_report(self._reading.path, None if path is None else Path(path))
+        written, _flaws = write_report(
+            self._reading.path, None if path is None else path_of("report", path, "a file")
+        )
         return written
 
     @property

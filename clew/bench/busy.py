@@ -53,7 +53,7 @@ def figures(runs: Sequence[BusyRun]) -> list[Figure]:
     none = Aim(at_most=0.0, each=True)
     away = [run.robots - run.robots_arrived if run.robots else math.inf for run in runs]
     return [
-        figure("held for dead", "robots", [run.false_deaths for run in runs], aim=none),
+        figure("declared dead", "robots", [run.false_deaths for run in runs], aim=none),
         figure("not arrived", "robots", away, aim=none),
         figure("promises broken", "", [run.violations for run in runs], aim=none),
         figure("speed reached", "times real time", [run.speed_reached or 0.0 for run in runs]),

@@ -186,7 +186,7 @@ class ScaleRun(Struct, frozen=True, kw_only=True):
     speed_reached: float | None
     ticks_late: Late | None
     deaths: int
-    """Nobody kills a robot here: each is one that was held for dead."""
+    """Nobody kills a robot here: each is one that was declared dead."""
     sim_s: float
     wall_s: float
     messages_per_s: float
@@ -261,7 +261,7 @@ def _of_size(runs: Sequence[ScaleRun], few: Sequence[ScaleRun]) -> list[Figure]:
         for how in ("standing", "driving")
     ]
     verdicts = [float(run.is_good) for run in runs]
-    name = "no promise broken, nobody held for dead" if runs[0].is_cut_short else "verdict ok"
+    name = "no promise broken, nobody declared dead" if runs[0].is_cut_short else "verdict ok"
     return [*told, figure(f"{fleet}: {name}", "", verdicts, aim=Aim(at_least=1.0))]
 
 

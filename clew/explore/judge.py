@@ -1,9 +1,9 @@
-"""What is asked after every step, from the true state of the world: S1 to S3, F1 to F4.
+"""What is asked after every step, from the true state of the world: S1, S2, F1 to F4.
 
 S1, S2: the world's own monitor, in every tick.
-S3: the ground that bodies are ordered to drive over keeps the separation from all other hulls, and from the
-    ground that other bodies are ordered to drive over. So no order may rest on a scan, a place or a grant
-    that is not true any more: that is what F5 and F6 are for.
+S2, also as soon as an order is accepted: the ground that bodies are ordered to drive over keeps the
+    separation from all other hulls, and from the ground that other bodies are ordered to drive over. So no
+    order may rest on a scan, a place or a grant that is not true any more: that is what F5 and F6 are for.
 F1: a body moves only by an order that bears exactly the fence, from a robot and life that the fence names.
 F2: a robot orders motion only under the fence that its newest odometry has told, where that names it.
 F3: the fence goes on by the next turn of its coordinator, or to the next generation, where nobody may move.
@@ -98,7 +98,7 @@ def _judge_named(promise: str, robot: int, life: int, fence: Fence) -> None:
 
 
 def _judge_ground(world: World) -> None:
-    """S3, for all pairs of bodies of which at least one moves."""
+    """S2 of ordered ground, for all pairs of bodies of which at least one moves."""
     bodies, fleet = world.bodies, world.scenario.fleet
     moving = bodies.moving
     if not moving.any():
@@ -114,7 +114,7 @@ def _judge_ground(world: World) -> None:
         one, other = (each + 1 for each in pairs[nearest])
         near_m = float(apart_m[nearest])
         why = f"robots {one} and {other} are ordered to come within {near_m:.3f} m, not {keep_m:.3f} m"
-        raise Breach("S3", why)
+        raise Breach("S2", why)
 
 
 def _accepted(world: World, notes: Sequence[Record]) -> Iterator[tuple[int, Drive]]:

@@ -31,7 +31,7 @@ def whole_file(out: Path) -> Iterator[Path]:
         UsageError: it cannot be written, or `out` is a folder.
     """
     if out.is_dir():
-        raise UsageError(f"--out {out}: it is a folder, and this export is one file")
+        raise UsageError(f"{out}: it is a folder, and this export is one file")
     with _beside(out) as draft:
         yield draft / out.name
         (draft / out.name).chmod(FILE_MODE)
@@ -48,7 +48,7 @@ def whole_folder(out: Path, names: Collection[str]) -> Iterator[Path]:
     foreign = _foreign(out, names)
     if foreign is not None:
         raise UsageError(
-            f"--out {out}: it holds {foreign}, which is not part of an earlier export and would be lost"
+            f"{out}: it holds {foreign}, which is not part of an earlier export and would be lost"
         )
     with _beside(out) as draft:
         filled = draft / NEW
@@ -81,7 +81,7 @@ def _beside(out: Path) -> Iterator[Path]:
         with _locked(draft):
             yield draft
     except OSError as error:
-        raise UsageError(f"--out {out}: cannot be written: {error.strerror or error}") from error
+        raise UsageError(f"{out}: cannot be written: {error.strerror or error}") from error
     finally:
         with contextlib.suppress(OSError):
             shutil.rmtree(draft)

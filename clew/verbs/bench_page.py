@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from clew.verbs.options import PATH
 from clew.verbs.say import warn
 from protocol.errors import UsageError
 from protocol.root import ROOT
@@ -13,10 +14,8 @@ PAGE = ROOT / "docs" / "performance.md"
 
 
 @click.command()
-@click.argument("results", nargs=-1, type=click.Path(path_type=Path))
-@click.option(
-    "--out", type=click.Path(path_type=Path), help="The page to write; default: docs/performance.md."
-)
+@click.argument("results", nargs=-1, type=PATH)
+@click.option("--out", type=PATH, help="The page to write; default: docs/performance.md.")
 def page(results: tuple[Path, ...], out: Path | None) -> None:
     """Write a page of figures from RESULTS: what `clew bench ... --json` printed.
 

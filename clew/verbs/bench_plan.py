@@ -10,7 +10,7 @@ import msgspec
 
 from clew.verbs.bench_said import begin
 from clew.verbs.extras import install_line
-from clew.verbs.options import AS_JSON, runs_option
+from clew.verbs.options import AS_JSON, PATH, runs_option
 from clew.verbs.say import warn
 from protocol.errors import UsageError
 from protocol.files.reading import understand
@@ -30,7 +30,7 @@ SCANS_MAX = 1000
     "--scenes",
     "roots",
     multiple=True,
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="Folder or file with scenes; repeatable. Default: a field of each kind, as `clew field` prints it.",
 )
 @click.option(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from clew.verbs.bench_said import begin
-from clew.verbs.options import AS_JSON, ROBOTS, FiniteRange
+from clew.verbs.options import AS_JSON, PATH, ROBOTS, FiniteRange
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.manual_faults import HaltRequest, request_fault
@@ -54,7 +54,7 @@ LOOK_S = 1.0  # between two looks at all processes: one at 1,000 of them takes 0
     type=FiniteRange(0.0, min_open=True),
     help="Simulated seconds after which a fleet that drives is told to end; default: it arrives.",
 )
-@click.option("--keep", type=click.Path(path_type=Path), help="Folder to keep the runs in.")
+@click.option("--keep", type=PATH, help="Folder to keep the runs in.")
 @AS_JSON
 @click.pass_context
 @terminable()

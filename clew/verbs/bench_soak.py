@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from clew.verbs.bench_said import begin
-from clew.verbs.options import AS_JSON, ROBOTS, FiniteRange
+from clew.verbs.options import AS_JSON, PATH, ROBOTS, FiniteRange
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.manual_faults import FaultRequest, request_fault
@@ -43,7 +43,7 @@ BACK_S_MAX = 30.0  # wall: until all robots that were killed last are back
     show_default=True,
     help="Simulated seconds per second, at most.",
 )
-@click.option("--keep", type=click.Path(path_type=Path), help="Folder to keep the run in.")
+@click.option("--keep", type=PATH, help="Folder to keep the run in.")
 @AS_JSON
 @click.pass_context
 @terminable()

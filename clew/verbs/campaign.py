@@ -12,7 +12,7 @@ import click
 
 from clew.fleet.folder import RUNS
 from clew.verbs.extras import need
-from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, TIME, FiniteRange, robots_option, seeds_option
+from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, PATH, TIME, FiniteRange, robots_option, seeds_option
 from clew.verbs.say import console, say, to_copy, warn
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -32,10 +32,10 @@ REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
     "--scenes",
     "roots",
     multiple=True,
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="Folder or file with scenes, or a scenario's name; repeatable.",
 )
-@click.argument("more", metavar="[SCENES]...", nargs=-1, type=click.Path(path_type=Path))
+@click.argument("more", metavar="[SCENES]...", nargs=-1, type=PATH)
 @robots_option("Number of robots, instead of each scenario's; a scene has 5 by default.")
 @seeds_option("Seeds, as 1, 1-3 or 1,4-6.")
 @LAW
@@ -79,7 +79,7 @@ REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
 )
 @click.option(
     "--out",
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="Folder of the campaign; an unfinished campaign there is continued. Default: a new one in runs/.",
 )
 @click.option(

@@ -12,7 +12,7 @@ import msgspec
 
 from clew.fleet.folder import RUNS, make_folder
 from clew.fleet.live import run_fleet
-from clew.verbs.options import AS_JSON, SEED, SPEED, runs_option, wall_s_max
+from clew.verbs.options import AS_JSON, PATH, SEED, SPEED, runs_option, wall_s_max
 from clew.verbs.say import console, numbers_table, say, to_copy, warn
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -38,9 +38,7 @@ CHAOS_FILE = "chaos.json"
     show_default=True,
     help="Seed of the first fleet; each next one is one higher.",
 )
-@click.option(
-    "--out", type=click.Path(path_type=Path), help="New or empty folder for worlds, plans and runs."
-)
+@click.option("--out", type=PATH, help="New or empty folder for worlds, plans and runs.")
 @AS_JSON
 @click.pass_context
 @terminable()

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from clew.verbs.options import AS_JSON
-from clew.verbs.say import console, numbers_table, say, say_json, warn
+from clew.verbs.options import AS_JSON, PATH
+from clew.verbs.say import console, many, numbers_table, say, say_json, warn
 from protocol.errors import UsageError
 
 if TYPE_CHECKING:
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from clew.campaign.compare import Asked, Compared
     from clew.campaign.episode import Outcome
 
-PATH = click.Path(path_type=Path)
 SHOWN = {
     "no_promise_broken": ("no promise broken [%]", 100.0),
     "arrived": ("arrived [%]", 100.0),
@@ -50,7 +49,7 @@ def compare(*, a: Path, b: Path, as_json: bool) -> None:
     for name, (one, other) in found.asked.items():
         say(f"asked differently: {name}: A {_said(one)}, B {_said(other)}")
     left = f"; only in A: {found.only_a}, only in B: {found.only_b}" if found.only_a or found.only_b else ""
-    say(f"{found.pairs} pairs of {found.scenes} scenes{left}. A: {a}, B: {b}")
+    say(f"{many(found.pairs, 'pair')} of {many(found.scenes, 'scene')}{left}. A: {a}, B: {b}")
 
 
 def _read(folder: Path) -> "tuple[tuple[Outcome, ...], Asked]":

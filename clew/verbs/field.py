@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from clew.fields.kinds import DENSITY, SIZE_M, WIDTH_RADII, Kind
-from clew.verbs.options import FINITE, Word, robot_radius_option, seeds_option
+from clew.verbs.options import FINITE, PATH, Word, robot_radius_option, seeds_option
 from protocol.errors import UsageError
 from protocol.files.reading import understand
 from protocol.files.writing import make_folder, write_whole
@@ -49,7 +49,7 @@ from protocol.files.writing import make_folder, write_whole
 )
 @click.option(
     "--out",
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="Folder to write scenes to, one folder a kind, as a campaign takes them.",
 )
 def field(kinds: tuple[str, ...], *, seeds: tuple[int, ...], out: Path | None, **asked: object) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from clew.verbs.extras import need
-from clew.verbs.options import AS_JSON
+from clew.verbs.options import AS_JSON, PATH
 from clew.verbs.say import warn
 from protocol.errors import UsageError
 
@@ -23,10 +23,8 @@ def _formats(_ctx: click.Context, _param: click.Parameter, said: str) -> tuple[s
 
 
 @click.command()
-@click.argument("source", metavar="RUN|CAMPAIGN", type=click.Path(path_type=Path))
-@click.option(
-    "--out", type=click.Path(path_type=Path), help="Folder for the figures; default: figures/ beside the log."
-)
+@click.argument("source", metavar="RUN|CAMPAIGN", type=PATH)
+@click.option("--out", type=PATH, help="Folder for the figures; default: figures/ beside the log.")
 @click.option(
     "--format",
     "formats",

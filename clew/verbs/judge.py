@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from clew.verbs.options import AS_JSON
+from clew.verbs.options import AS_JSON, PATH
 from clew.verbs.say import say, say_json, warn
 from protocol.errors import UsageError
 
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 
 @click.command("judge")
-@click.argument("run", type=click.Path(path_type=Path))
-@click.argument("scene", required=False, type=click.Path(path_type=Path))
+@click.argument("run", type=PATH)
+@click.argument("scene", required=False, type=PATH)
 @AS_JSON
 @click.pass_context
 def judge_verb(ctx: click.Context, run: Path, scene: Path | None, *, as_json: bool) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import msgspec
 
-from clew.verbs.options import AS_JSON, COLOR, FiniteRange, Word
+from clew.verbs.options import AS_JSON, COLOR, PATH, FiniteRange, Word
 from clew.verbs.say import warn
 from protocol.plain import plain
 from world.record.lines import Line
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from clew.log.log import Log
 
 FIELDS_SHOWN = 8  # all 360 rays of a scan may differ
-PATH = click.Path(path_type=Path)
 
 
 @click.command()

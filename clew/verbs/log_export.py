@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from clew.verbs.extras import need
-from clew.verbs.options import AS_JSON, Word
+from clew.verbs.options import AS_JSON, PATH, Word
 from clew.verbs.say import warn
 from protocol.errors import UsageError
 from protocol.process.asked import terminable
@@ -26,11 +26,9 @@ FORMATS = {
 
 
 @click.command()
-@click.argument("run", type=click.Path(path_type=Path))
+@click.argument("run", type=PATH)
 @click.option("--to", "to", type=Word(list(FORMATS)), required=True, help="Format of the export.")
-@click.option(
-    "--out", type=click.Path(path_type=Path), help="The file to write; for csv and parquet, the folder."
-)
+@click.option("--out", type=PATH, help="The file to write; for csv and parquet, the folder.")
 @AS_JSON
 @terminable()
 def export(run: Path, *, to: str, out: Path | None, as_json: bool) -> None:

@@ -7,7 +7,7 @@ import click
 
 from clew.fleet.folder import RUNS
 from clew.fleet.runs import Listed, check_is_run, deletable, delete, listed, runs_in
-from clew.verbs.options import AS_JSON
+from clew.verbs.options import AS_JSON, PATH
 from clew.verbs.say import console, say_json, warn
 from protocol.errors import UsageError
 from protocol.plain import plain
@@ -16,7 +16,7 @@ UNITS = (("d", 86400.0), ("h", 3600.0), ("min", 60.0), ("s", 1.0))
 
 
 @click.command()
-@click.argument("runs", metavar="[RUN]...", nargs=-1, type=click.Path(path_type=Path))
+@click.argument("runs", metavar="[RUN]...", nargs=-1, type=PATH)
 @click.option("--delete", "is_deleting", is_flag=True, help="Delete these runs, after a question.")
 @click.option("--yes", is_flag=True, help="With --delete: do not ask.")
 @AS_JSON

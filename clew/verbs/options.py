@@ -1,6 +1,7 @@
 """Options that several verbs of the command line take."""
 
 import math
+import os
 import re
 from collections.abc import Callable
 from itertools import chain
@@ -52,6 +53,18 @@ class FiniteRange(_OnlyFinite, click.FloatRange):
     """A finite number in a range."""
 
 
+class NamedPath(click.Path):
+    """A path. No empty text, as of a shell's variable that is not set: it would be the present folder."""
+
+    def convert(
+        self, value: str | os.PathLike[str], param: click.Parameter | None, ctx: click.Context | None
+    ) -> str | bytes | os.PathLike[str]:
+        """The path."""
+        if value == "":
+            self.fail("must be a path, got an empty text", param, ctx)
+        return super().convert(value, param, ctx)
+
+
 class RobotNumber(click.ParamType[int]):
     """A robot, as `3` or, as the log names it, `r3`."""
 
@@ -99,6 +112,7 @@ def _complete(folder: str) -> Callable[[click.Context, click.Parameter, str], li
 
 
 FINITE = Finite()
+PATH = NamedPath(path_type=Path)
 ROBOT = RobotNumber()
 ROBOTS = click.IntRange(1, ROBOTS_MAX)
 SEED = click.IntRange(0, SEED_MAX)
@@ -154,9 +168,7 @@ VERSION = click.option(
     help="Show the version and exit.",
 )
 ONE_SEED = click.option("--seed", type=SEED, default=1, show_default=True, help="Decides every random draw.")
-OUT = click.option(
-    "--out", type=click.Path(path_type=Path), help="Folder of the run; default: a new one in runs/."
-)
+OUT = click.option("--out", type=PATH, help="Folder of the run; default: a new one in runs/.")
 QUIET = click.option("--quiet", is_flag=True, help="Print nothing before the run has ended.")
 AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON, for programs.")
 LAW = click.option(
@@ -175,7 +187,7 @@ TIME = click.option(
     type=FiniteRange(0.0, TIME_S_MAX, min_open=True),
     help="Simulated time after which a run fails [s], instead of the scenario's.",
 )
-RUN = click.argument("run", type=click.Path(path_type=Path))
+RUN = click.argument("run", type=PATH)
 SCENARIO = click.argument("scenario", default="grove", shell_complete=_complete("scenarios"))
 FAULTS = click.option(
     "--faults",

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 import msgspec
 
-from clew.verbs.options import AS_JSON, FINITE, ROBOT
+from clew.verbs.options import AS_JSON, FINITE, PATH, ROBOT
 from clew.verbs.say import say, warn
 from protocol.exit_codes import ExitCode
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("run", type=click.Path(path_type=Path))
+@click.argument("run", type=PATH)
 @click.option("--robot", type=ROBOT, help="Replay only this robot.")
 @click.option("--until", "until_s", type=FINITE, help="Stop at this time, and show the state [simulated s].")
 @click.option(

@@ -4,14 +4,13 @@ from pathlib import Path
 
 import click
 
+from clew.verbs.options import PATH
 from clew.verbs.say import warn
 
 
 @click.command()
-@click.argument("run", type=click.Path(path_type=Path))
-@click.option(
-    "--out", type=click.Path(path_type=Path), help="File to write; default: report.html beside the log."
-)
+@click.argument("run", type=PATH)
+@click.option("--out", type=PATH, help="File to write; default: report.html beside the log.")
 def report(run: Path, *, out: Path | None) -> None:
     """Write one HTML file that shows what happened in a run, and why.
 

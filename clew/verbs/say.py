@@ -28,6 +28,11 @@ def warn(line: str) -> None:
     click.echo(plain(line), err=True)
 
 
+def many(count: int, what: str) -> str:
+    """A count with its noun, as `1 run` or `2 runs`."""
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+
+
 def to_copy(line: str) -> str:
     """A command line of the project's folder, with the program as a shell in the present folder finds it."""
     program, _, rest = line.partition(" ")

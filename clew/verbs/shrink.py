@@ -9,8 +9,8 @@ import click
 import msgspec
 
 from clew.fleet.folder import make_folder
-from clew.verbs.options import SEED
-from clew.verbs.say import to_copy, warn
+from clew.verbs.options import PATH, SEED
+from clew.verbs.say import many, to_copy, warn
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
@@ -27,11 +27,11 @@ SHRUNK_FOLDER, WORLD_FILE = "shrunk", "world.toml"
 
 
 @click.command("shrink")
-@click.argument("run", type=click.Path(path_type=Path))
+@click.argument("run", type=PATH)
 @click.option("--seed", type=SEED, help="Episode of a swarm campaign.")
 @click.option(
     "--out",
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="Folder for the result; default: shrunk/ in RUN, then shrunk-2/, ...",
 )
 @click.pass_context
@@ -81,13 +81,9 @@ class _Trials:
         self._count += 1
         same = found is not None and found.way == self._failure.way
         if same:
-            left = f"{_many(len(case.plan.rules), 'rule')}, {_many(case.scenario.fleet.robots, 'robot')}"
-            click.echo(f"shrink: after {_many(self._count, 'rehearsal')}: {left}", err=True)
+            left = f"{many(len(case.plan.rules), 'rule')}, {many(case.scenario.fleet.robots, 'robot')}"
+            click.echo(f"shrink: after {many(self._count, 'rehearsal')}: {left}", err=True)
         return same
-
-
-def _many(count: int, what: str) -> str:
-    return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
 def _run(run: Path) -> "tuple[Case, Failure | None]":

@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from clew.fleet.folder import LATEST
+from clew.verbs.options import PATH
 from protocol.errors import UsageError
 
 RUNS_MAX = 2  # fit side by side
@@ -12,7 +13,7 @@ STDIN = 0
 
 
 @click.command()
-@click.argument("runs", metavar="RUN...", nargs=-1, type=click.Path(path_type=Path))
+@click.argument("runs", metavar="RUN...", nargs=-1, type=PATH)
 @click.option(
     "--live", is_flag=True, help="Wait for runs that have not started yet; the default RUN is runs/latest."
 )

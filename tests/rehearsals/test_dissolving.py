@@ -114,7 +114,7 @@ def test_without_another_way_the_one_in_front_arrives_and_the_others_are_strande
     world = rehearsal.world
     assert len(dissolutions(rehearsal)) == 1
     assert world.ending is Ending.STRANDED
-    assert (world.tally.arrived, world.stranded) == ({1}, [2, 3])
+    assert (world.tally.arrived, world.tally.stranded_among(world.attendance.living)) == ({1}, [2, 3])
     assert judge(world.scenario, rehearsal.entries).breaches == ()
 
 

@@ -54,7 +54,7 @@ def test_robots_in_front_of_the_body_arrive_and_the_run_ends_soon(
     assert judge(world.scenario, rehearsal.entries).breaches == ()
     assert world.ending is Ending.STRANDED
     assert world.tally.arrived == set(range(1, dies))
-    assert world.stranded == list(range(dies + 1, robots + 1))
+    assert world.tally.stranded_among(world.attendance.living) == list(range(dies + 1, robots + 1))
     assert world.over_s - died_s < ENDS_WITHIN_S
 
 

@@ -25,7 +25,7 @@ from world.judge.rules.fences import FenceOrder
 from world.judge.rules.formations import Formations
 from world.judge.rules.invariants import ARRIVAL, Counting, Epochs, Granting, Leading, Numbers
 from world.judge.rules.motion import Motion, Tolerance
-from world.judge.rules.rule import Dated, Rule
+from world.judge.rules.rule import Dated, Rule, Waiting
 from world.judge.rules.watched import Watched
 from world.judge.truth.truth import Truth
 from world.scenario.scenario import Scenario
@@ -70,10 +70,18 @@ def untrue_in(breaches: Iterable[Breach]) -> frozenset[int]:
 class Court:
     """All rules that judge one run, and what they have found."""
 
-    def __init__(self, tolerance: Tolerance, *, followers_sense: bool, further: Sequence[Rule] = ()) -> None:
-        """`further`: rules that need the scenario."""
+    def __init__(
+        self,
+        tolerance: Tolerance,
+        *,
+        followers_sense: bool,
+        further: Sequence[Rule] = (),
+        waiting: Sequence[Waiting] = (),
+    ) -> None:
+        """`further`: rules that need the scenario; `waiting`: those of them in which checks wait."""
         self._evidence, self._claims = evidence, claims = Evidence(), Claims()
         self._numbers = Numbers()
+        self._waiting: tuple[Waiting, ...] = (*waiting, claims)
         self._rules: tuple[Rule, ...] = (
             *further,
             FenceOrder(),
@@ -114,9 +122,15 @@ class Court:
         return new
 
     def close(self, *, cut_off: bool = False) -> list[Breach]:
-        """No entry follows: the violations that were not certain before."""
+        """No entry follows: the violations that were not certain before.
+
+        Args:
+            cut_off: the log ends before its run: what waits for an entry of another source stays undecided.
+        """
         new = [each for rule in self._rules for each in self._note(rule.close())]
-        return new if cut_off else new + self._note(self._claims.close())
+        for waiting in () if cut_off else self._waiting:
+            new += self._note(waiting.decide())
+        return new
 
     def _forget(self, epoch: int) -> None:
         """Another epoch is in force: forget those before, but for the last one and undecided checks."""
@@ -148,9 +162,13 @@ class Judge:
             speed_mps_max=scenario.drive.speed_mps,
         )
         self._distances = Distances(scenario)
-        self._truth = Truth(scenario)
-        further = self._distances, Watched(), self._truth
-        self._court = Court(tolerance, followers_sense=law.promises_clearance, further=further)
+        truth = Truth(scenario)
+        self._court = Court(
+            tolerance,
+            followers_sense=law.promises_clearance,
+            further=(self._distances, Watched(), truth),
+            waiting=(truth,),
+        )
         self._failure: str | None = None
 
     @property
@@ -163,13 +181,7 @@ class Judge:
         return self._judge(lambda: self._court.hear(source, entry))
 
     def close(self, *, cut_off: bool = False) -> list[Breach]:
-        """No entry follows: the violations that were not certain before.
-
-        Args:
-            cut_off: the log ends before its run: what waits for an entry of another source stays undecided.
-        """
-        if cut_off:
-            self._truth.cut_off()
+        """No entry follows: the violations that were not certain before; `cut_off`: as `Court.close`."""
         found = self._judge(lambda: self._court.close(cut_off=cut_off))
         self._failure = self._failure or self._distances.unjudged
         return found
@@ -203,7 +215,7 @@ def judge(
 ) -> Judgement:
     """Judge a timeline, given as sources and their entries in the recorder's order.
 
-    `cut_off`: as `Judge.close`, asked behind the last line.
+    `cut_off`: as `Court.close`, asked behind the last line.
     """
     judge = Judge(scenario)
     for source, entry in lines:

@@ -2,6 +2,7 @@
 
 import math
 from collections import Counter, defaultdict
+from collections.abc import Set
 from dataclasses import dataclass, field
 
 from msgspec.structs import replace
@@ -35,7 +36,7 @@ from protocol.timeline import (
 )
 from world.judge.attempt import Attempt
 from world.judge.books import TAKES_AWAY, Book
-from world.judge.recovery import Dated, is_relevant, summary
+from world.judge.recovery import KILLED, ORDERED, THAWED, Dated, is_relevant, summary
 from world.judge.truth.voices import Voices
 
 
@@ -76,6 +77,8 @@ class Tally:
     """What the fleet was trying last."""
     struck: set[str] = field(default_factory=set)
     """The rules of fault plans that struck at least once."""
+    stopped: dict[int, str] = field(default_factory=dict)
+    """The robots that a fault has stopped, with its kind: `freeze` until a thaw, or `kill`."""
     world_down: FaultInjected | None = None
     """The fault that ended or froze the world's process; None: that runs, or does again."""
     _voices: Voices = field(default_factory=Voices)
@@ -117,10 +120,19 @@ class Tally:
     def _hear_fault(self, source: str, injected: FaultInjected) -> None:
         self.struck.add(injected.rule)
         if (source, injected.process) == (WORLD, WORLD) and injected.fault not in {"slow", "unslow"}:
-            self.world_down = injected if injected.fault in {"kill", "freeze"} else None
+            self.world_down = injected if injected.fault in ORDERED else None
+        if injected.process is not None and source in {WORLD, injected.process}:
+            self._stop(robot_number(injected.process), injected.fault)
         counts_no_more = robot_number(source) in self.counted  # odometry arrives until the process ends
         if injected.key and injected.number and injected.fault in TAKES_AWAY and not counts_no_more:
             self._remove((injected.key, source), injected.number, injected.fault)
+
+    def _stop(self, robot: int | None, fault: str) -> None:
+        """A fault has struck a process. One that it has killed is thawed in vain."""
+        if robot is not None and fault in ORDERED and self.stopped.get(robot) != KILLED:
+            self.stopped[robot] = fault
+        elif fault == THAWED and self.stopped.get(robot or 0) != KILLED:
+            self.stopped.pop(robot or 0, None)
 
     def _remove(self, book: Book, number: int, fault: str) -> None:
         """A fault has removed a message; of several in a row that did, the last one counts."""
@@ -148,6 +160,7 @@ class Tally:
                 self._disturb(entry.t_s)
             case RobotRestarted(robot=robot):
                 self.restarted.add(robot)
+                self.stopped.pop(robot, None)
                 self.arrived.discard(robot)  # it has lost its place
                 self._bound.pop(robot, None)
                 self._disturb(entry.t_s)
@@ -223,6 +236,10 @@ class Tally:
             self.stranded = {robot: each for robot, each in self.stranded.items() if each.epoch >= epoch}
             before, self._left_out = self._left_out, frozenset(self.stranded)
             self.stranded_again = self.arrived_s > 0.0 and bool(before) and before == self._left_out
+
+    def stranded_among(self, living: Set[int]) -> list[int]:
+        """Those of the living robots that are stranded and have not arrived."""
+        return sorted((self.stranded.keys() - self.arrived) & living)
 
     @property
     def changed_s(self) -> float:

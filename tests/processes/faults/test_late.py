@@ -25,7 +25,7 @@ def test_a_robot_that_was_stopped_for_long_holds_nobody_for_lost(fleet: Fleet) -
     healed = wait_until(lambda: entries(fleet, "strand.healed") or None)[-1]
     os.kill(judge, signal.SIGCONT)
     outcome = fleet.end()
-    assert {entry["robot"] for entry in entries(fleet, "robot.died")} == {2}, "nobody else was held for dead"
+    assert {entry["robot"] for entry in entries(fleet, "robot.died")} == {2}, "nobody else was declared dead"
     broken = entries(fleet, "link.broken")
     assert [entry for entry in broken if entry["source"] == "r2"] == []
     assert {entry["neighbour"] for entry in broken if entry["t_s"] <= healed["t_s"]} <= {2}

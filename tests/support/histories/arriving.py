@@ -160,10 +160,9 @@ def lines_of(said: Iterable[Said]) -> list[tuple[str, Entry]]:
 def breaches(said: Iterable[Said], scene: Scenario = SCENE, *, cut_off: bool = False) -> list[PromiseBroken]:
     """What the entries of robots break, by true poses."""
     truth = Truth(scene)
-    if cut_off:
-        truth.cut_off()
     found = [each for source, entry in lines_of(said) for each in truth.hear(source, entry)]
-    return [breach for _, breach in [*found, *truth.close()]]
+    found += truth.close()
+    return [breach for _, breach in [*found, *(() if cut_off else truth.decide())]]
 
 
 def broken(said: Iterable[Said], *, cut_off: bool = False) -> list[tuple[str, int]]:

@@ -3,7 +3,7 @@
 Rule 1: every message is a letter. By default it arrives at once, in the order of sending; then time passes
         until the world tells odometry. This is how a rehearsal without faults goes.
 Rule 2: a test may keep letters back, lose them, or post them again: `hold`, `lose`, `post`.
-Rule 3: after every step the judge of the exploration asks for F1 to F4 and S1 to S3 (`clew.explore.judge`).
+Rule 3: after every step the judge of the exploration asks for F1 to F4, S1 and S2 (`clew.explore.judge`).
 """
 
 import math

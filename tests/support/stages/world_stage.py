@@ -169,6 +169,10 @@ class Stage:
         """An entry of a robot reaches the recorder."""
         self._write(robot_name(robot), self.world.now_s, record)
 
+    def record(self, record: Record) -> None:
+        """The world's shell records something."""
+        self._write(WORLD, self.world.now_s, record)
+
     def _obey(self, commands: list[Command]) -> list[Record]:
         records: list[Record] = []
         for command in commands:

@@ -84,8 +84,8 @@ class Claims:
         waiting = self._waiting.get(source)
         return [each for claim in list(waiting) for each in self._look(claim)] if waiting else ()
 
-    def close(self) -> Iterator[Dated]:
-        """The timeline is over: decide all."""
+    def decide(self) -> Iterator[Dated]:
+        """The run is over: decide all."""
         for claim in list(self._awaits):
             claim.end()
             yield from self._look(claim)

@@ -28,6 +28,17 @@ class Rule(Protocol):
         ...
 
 
+class Waiting(Protocol):
+    """Keeps checks that wait for entries of other sources."""
+
+    def decide(self) -> Iterable[Dated]:
+        """The run is over, and rules are closed: the violations of all that still waits.
+
+        Of a log that ends before its run this is not asked: what is awaited may only not have been written.
+        """
+        ...
+
+
 def broken(invariant: str, robot: int, why: str, other: int | None = None) -> PromiseBroken:
     """A violation without a length."""
     return PromiseBroken(invariant=invariant, robot=robot, other=other, why=why)

@@ -105,11 +105,14 @@ class Clearances:
             case _:
                 pass  # no promise
 
-    def close(self, t_s: float, *, cut_off: bool) -> Iterator[Dated]:
-        """Judge the steps that bodies had in hand at the end. Of a log cut off, plans may be to come."""
+    def close(self, t_s: float) -> Iterator[Dated]:
+        """Judge the steps that bodies had in hand at the end."""
         for robot in sorted(self._ways):
             yield from self._measure(t_s, robot)
-        for (robot, *_), (began_s, ended_s, _) in () if cut_off else self._kept.items():
+
+    def decide(self) -> Iterator[Dated]:
+        """The run is over: the steps whose plan has never come."""
+        for (robot, *_), (began_s, ended_s, _) in self._kept.items():
             if self._died_s.get(robot, -math.inf) < began_s:
                 yield ended_s, broken("S4", robot, UNPROMISED)
 

@@ -16,7 +16,7 @@ BY_FORMATION = LeaderSucceeded | StrandFormed | StrandHealed
 
 
 class Truth:
-    """What robots record: a rule of the judge."""
+    """What robots record: a rule of the judge, in which checks wait."""
 
     kinds = frozenset[type](get_args(Record))
 
@@ -30,7 +30,6 @@ class Truth:
             else None
         )
         self._now_s = 0.0
-        self._is_cut_off = False
 
     def hear(self, source: str, entry: Entry) -> Iterator[Dated]:
         """Process an entry; returns the violations that it shows."""
@@ -49,14 +48,14 @@ class Truth:
             if self._clearances is not None:
                 yield from self._clearances.hear_robot(robot, entry)
 
-    def cut_off(self) -> None:
-        """The log ends before its run: what waits for an entry of another source stays undecided."""
-        self._is_cut_off = True
-
     def close(self) -> Iterator[Dated]:
         """The violations that the end shows: there are no more entries."""
-        if not self._is_cut_off:
-            yield from self._voices.close()
-            yield from self._arrivals.close()
         if self._clearances is not None:
-            yield from self._clearances.close(self._now_s, cut_off=self._is_cut_off)
+            yield from self._clearances.close(self._now_s)
+
+    def decide(self) -> Iterator[Dated]:
+        """The run is over: the violations of what still waits for an entry of another source."""
+        yield from self._voices.close()
+        yield from self._arrivals.close()
+        if self._clearances is not None:
+            yield from self._clearances.decide()

@@ -1,6 +1,6 @@
 """Any order, loss and repetition of letters among three robots, with one crash at most.
 
-The stage asks after every step for F1 to F4 and S1 to S3, so a schedule that breaks one fails by itself.
+The stage asks after every step for F1 to F4, S1 and S2, so a schedule that breaks one fails by itself.
 """
 
 from enum import Enum

@@ -59,6 +59,8 @@ def launched(scenario: object = "grove", **asked: Any) -> object:  # noqa: ANN40
         ({"faults": [3]}, r"faults: must be a plan, or a list of rules such as .*, got \[3\]"),
         ({"faults": None}, "faults: must be a plan, or a list of rules .*, got None"),
         ({"scenario": 3}, "scenario: must be a name, a file or a scenario, got 3"),
+        ({"out": 3}, "out: must be a folder, got 3"),
+        ({"out": ""}, "out: must be a folder, got ''"),
     ],
 )
 def test_arguments_that_no_fleet_can_have_are_refused(
@@ -67,6 +69,12 @@ def test_arguments_that_no_fleet_can_have_are_refused(
     with pytest.raises(clew.UsageError, match=f"^{why}$"):
         call(**asked)
     assert list(here.iterdir()) == []
+
+
+@pytest.mark.parametrize("given", [3, None, ""])
+def test_only_a_path_can_be_opened(given: Any) -> None:  # noqa: ANN401 - anything that a user may write
+    with pytest.raises(clew.UsageError, match=r"^open: must be the folder of a run, or "):
+        clew.open(given)
 
 
 def test_a_stage_that_is_none_is_not_taken_for_live() -> None:

@@ -20,7 +20,7 @@ def missed(*runs: BusyRun) -> list[str]:
 @pytest.mark.parametrize(
     ("worse", "name"),
     [
-        (replace(GOOD, deaths=(DEATH,)), "held for dead"),
+        (replace(GOOD, deaths=(DEATH,)), "declared dead"),
         (replace(GOOD, violations=1), "promises broken"),
         (replace(GOOD, robots_arrived=GOOD.robots - 1), "not arrived"),
     ],

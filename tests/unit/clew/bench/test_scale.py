@@ -133,7 +133,7 @@ def test_the_queue_has_posts_before_it_and_none_beside_it() -> None:
 def test_a_run_that_was_told_to_end_is_good_if_it_kept_its_promises_until_then() -> None:
     told = run(formed(), ok=False, is_cut_short=True)
     assert told.is_good
-    assert figures([told])[-1].name == "2 robots: no promise broken, nobody held for dead"
+    assert figures([told])[-1].name == "2 robots: no promise broken, nobody declared dead"
     assert not replace(told, violations=1).is_good
     assert not replace(told, deaths=1).is_good
     assert not replace(told, is_cut_short=False).is_good

@@ -5,6 +5,7 @@ import math
 from collections.abc import Iterable
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from scipy.stats import ttest_rel
@@ -147,3 +148,12 @@ def test_what_is_no_campaign_is_refused_in_one_line(
     refused = clew("compare", place, place)
     assert (refused.exit_code, refused.stderr.count("\n")) == (2, 1)
     assert "no campaign is there" in refused.stderr
+
+
+def test_the_verb_says_one_pair_and_two_pairs_of_one_scene(tmp_path: Path) -> None:
+    for name, seeds in (("a", (1, 2, 3)), ("one", (1,)), ("two", (1, 2))):
+        episodes = played(*(("s", seed, 10.0, True) for seed in seeds))
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "campaign.json").write_bytes(msgspec.json.encode({"episodes": episodes}))
+    said = [clew("compare", tmp_path / "a", tmp_path / b).stdout.splitlines()[-1] for b in ("one", "two")]
+    assert [each.partition(";")[0] for each in said] == ["1 pair of 1 scene", "2 pairs of 1 scene"]

@@ -80,6 +80,13 @@ def test_a_folder_with_foreign_files_is_not_replaced(run: Path) -> None:
     assert (run / "events.jsonl").stat().st_size > 0
 
 
+def test_a_refusal_names_the_place_and_no_option_that_nobody_has_given(run: Path) -> None:
+    (run / "csv").mkdir()
+    (run / "csv" / "notes.txt").touch()
+    said = clew("log", "export", run, "--to", "csv")
+    assert (said.exit_code, said.stderr.partition(" it holds notes.txt")[0]) == (2, f"Error: {run}/csv:")
+
+
 def test_a_folder_of_the_users_own_tables_is_not_replaced_but_an_earlier_export_is(
     run: Path, tmp_path: Path
 ) -> None:
@@ -144,7 +151,7 @@ def test_an_unwritable_place_is_reported_in_one_line(tmp_path: Path, run: Path) 
     (tmp_path / "file").write_text("")
     said = clew("log", "export", run, "--to", "csv", "--out", tmp_path / "file" / "csv")
     assert said.exit_code == 2
-    assert said.stderr.startswith(f"Error: --out {tmp_path}/file/csv: cannot be written: ")
+    assert said.stderr.startswith(f"Error: {tmp_path}/file/csv: cannot be written: ")
     with pytest.raises(UsageError, match="No space left"), whole_file(tmp_path / "full.mcap"):
         Path("/dev/full").write_bytes(b"more than fits")
 

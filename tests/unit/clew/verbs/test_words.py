@@ -71,6 +71,19 @@ def test_no_verb_takes_a_number_that_is_infinite_or_none() -> None:
     assert {said for said in refused.values() if "finite number" not in said} == set()
 
 
+def test_no_verb_takes_an_empty_text_for_a_path() -> None:
+    refused = dict[str, str]()
+    for path, verb in VERBS.items():
+        for param in verb.params:
+            if isinstance(param.type, click.Path):
+                with pytest.raises(click.BadParameter) as refusal:
+                    param.type.convert("", None, None)
+                refused[f"{path} {param.name}"] = str(refusal.value)
+    assert len(refused) > 20
+    assert {said for said in refused.values() if said != "must be a path, got an empty text"} == set()
+    assert clew("rehearse", "--out", "").stderr.startswith("Error: Invalid value for '--out': must be a path")
+
+
 @pytest.mark.parametrize(("arguments", "near"), MISTYPED.values(), ids=MISTYPED)
 def test_a_mistyped_word_is_refused_in_one_line_that_says_which_is_near(
     arguments: list[str], near: str
