@@ -30,10 +30,10 @@ class BusyRun(Struct, frozen=True, kw_only=True):
     speed_reached: float | None = None
 
 
-def busy_run(verdict: Verdict | None, said: Sequence[str], *, launcher_s: float) -> BusyRun:
-    """What became of one run."""
+def busy_run(verdict: Verdict | None, said: str, *, launcher_s: float) -> BusyRun:
+    """What became of one run; `said`: what the launcher said last."""
     if verdict is None:
-        return BusyRun(reason=said[-1] if said else "it said nothing", launcher_s=launcher_s)
+        return BusyRun(reason=said, launcher_s=launcher_s)
     return BusyRun(
         reason=verdict.reason,
         robots=verdict.robots,

@@ -6,7 +6,6 @@ Rule 2: messages are counted where they are sent. A robot's share must not grow 
         coordinator, which answers everybody, does.
 """
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -104,7 +103,7 @@ def figures(rows: Sequence[Forming]) -> list[Figure]:
             figure(
                 f"{row.robots} robots: CPU time until formed",
                 "s",
-                [row.cpu_s if row.formed_s is not None else math.inf],
+                [None if row.formed_s is None else row.cpu_s],
                 aim=Aim(at_most=BOUND_CPU_S if row.robots <= BOUND_ROBOTS else None),
             ),
             figure(f"{row.robots} robots: messages per robot", "", [row.messages_per_robot]),

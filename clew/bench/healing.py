@@ -9,7 +9,6 @@ Rule 2: the cause is the entry that the world records just before the fault. Det
 Rule 3: each run has the fault at another moment, so that no single phase of a period is measured.
 """
 
-import math
 from collections.abc import Iterable
 from enum import StrEnum
 
@@ -121,26 +120,16 @@ def healing_in(lines: Iterable[tuple[str, Entry]]) -> Healing | None:
 def figures(runs: HealingRuns) -> list[Figure]:
     """The figures of the runs with one fault; a run without a fault is a run in which nothing ever came."""
     fault, each = runs.fault, [one or Healing(cause_s=0.0) for one in runs.each]
+    detected, succeeded = (
+        Aim(at_most=most_s, each=True) for most_s in (fault.detection_s_max, SUCCESSION_S_MAX)
+    )
     times = (
-        (
-            "fault to detection",
-            [one.detection_s for one in each],
-            Aim(at_most=fault.detection_s_max, each=True),
-        ),
-        (
-            "detection to succession",
-            [one.succession_s for one in each],
-            Aim(at_most=SUCCESSION_S_MAX, each=True),
-        ),
+        ("fault to detection", [one.detection_s for one in each], detected),
+        ("detection to succession", [one.succession_s for one in each], succeeded),
         ("fault to the next leader's first order", [one.ordered_s for one in each], fault.ordered_aim),
         ("fault to healing", [one.healed_s for one in each], Aim(each=True)),
     )
-    return [
-        figure(
-            f"{fault}: {name}", "s", [math.inf if time_s is None else time_s for time_s in times_s], aim=aim
-        )
-        for name, times_s, aim in times
-    ]
+    return [figure(f"{fault}: {name}", "s", times_s, aim=aim) for name, times_s, aim in times]
 
 
 def wall_s(entry: Entry) -> float:

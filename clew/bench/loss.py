@@ -4,7 +4,6 @@ Rule 1: there are two curves: loss of messages between robots, and loss of all m
 Rule 2: the time of a fleet that has not arrived when the scenario's time is up counts as infinite.
 """
 
-import math
 from collections.abc import Sequence
 from enum import StrEnum
 
@@ -94,5 +93,5 @@ def _aim(point: LossPoint) -> Aim | None:
     return Aim(of=WITHOUT, at_most=BOUNDS[point.rate]) if point.rate in BOUNDS else Aim()
 
 
-def _times_s(crossings: Sequence[Crossing]) -> list[float]:
-    return [math.inf if each.time_s is None else each.time_s for each in crossings]
+def _times_s(crossings: Sequence[Crossing]) -> list[float | None]:
+    return [each.time_s for each in crossings]

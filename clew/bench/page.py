@@ -95,21 +95,24 @@ def _section(result: Result) -> list[str]:
         f"{versions}.",
         "",
         *ROWS,
-        *(line for each in result.figures for line in _rows(each)),
+        *(_row(row) for each in result.figures for row in cells(each)),
         "",
     ]
 
 
-def _rows(figure: Figure) -> list[str]:
-    """A row for the figure, and one more for each further baseline."""
+def _row(row: Sequence[str]) -> str:
+    return f"| {' | '.join(row)} |".replace("|  |", "| |").replace("|  |", "| |")
+
+
+def cells(figure: Figure) -> list[tuple[str, ...]]:
+    """The cells of a row for the figure, and of one more for each further baseline."""
     unit = figure.unit
     named = [
         (f"{each.name}: {said(each.measured, unit)}", said(each.ratio, unit)) for each in figure.baselines
     ]
     compared = named or [("", "")]
     aim = (said_aim(figure.aim), said_met(figure))
-    cells = [
+    return [
         (figure.name, unit, said(figure.measured, unit), *compared[0], *aim),
         *(("", "", "", *more, "", "") for more in compared[1:]),
     ]
-    return [f"| {' | '.join(each)} |".replace("|  |", "| |").replace("|  |", "| |") for each in cells]

@@ -10,10 +10,11 @@ Rule 4: a peer chooses velocities for a period. What it drives in that is its me
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import Any, Protocol
+from unittest.mock import patch
 
 from msgspec import Struct
 
@@ -154,11 +155,11 @@ def samples(scenario: Scenario, *, cpu: Clock, wall: Clock, peers: Peers | None 
         return planned
 
     with ExitStack() as wrapped:
-        wrapped.enter_context(_instead(leader.Leader, "plan", timed_plan))
+        wrapped.enter_context(patch.object(leader.Leader, "plan", timed_plan))
         for part, functions in PARTS.items():
             for owner, name in functions:
                 timed = stopwatch.timed(part, getattr(owner, name))
-                wrapped.enter_context(_instead(owner, name, timed))
+                wrapped.enter_context(patch.object(owner, name, timed))
         Rehearsal(scenario, SEED).run()
     return found
 
@@ -229,14 +230,3 @@ def common(name: str, repeats: Sequence[PlanFigures]) -> list[Figure]:
 def _spread(times_s: Sequence[float]) -> Spread:
     median_ms, p90_ms, max_ms = (MS_PER_S * percentile(times_s, percent) for percent in (50, 90, 100))
     return Spread(median_ms=median_ms, p90_ms=p90_ms, max_ms=max_ms)
-
-
-@contextmanager
-def _instead(owner: Any, name: str, function: Callable[..., Any]) -> Iterator[None]:  # noqa: ANN401 - class or module
-    """Replace a function for the time of the context."""
-    before = getattr(owner, name)
-    setattr(owner, name, function)
-    try:
-        yield
-    finally:
-        setattr(owner, name, before)

@@ -104,11 +104,12 @@ class Result(Struct, frozen=True, kw_only=True):
     """What the benchmark has beside its figures."""
 
 
-def spread(values: Sequence[float]) -> Spread:
+def spread(values: Sequence[float | None]) -> Spread:
     """The spread of what the repeats measured, of which there is at least one."""
+    known = list(map(_or_never, values))
     least, quartile, median, quartile_3, most = (
         value if math.isfinite(value) else None
-        for value in (percentile(values, percent) for percent in (0, 25, 50, 75, 100))
+        for value in (percentile(known, percent) for percent in (0, 25, 50, 75, 100))
     )
     return Spread(
         repeats=len(values),
@@ -123,9 +124,9 @@ def spread(values: Sequence[float]) -> Spread:
 def figure(
     name: str,
     unit: str,
-    values: Sequence[float],
+    values: Sequence[float | None],
     *,
-    baselines: Mapping[str, Sequence[float]] | None = None,
+    baselines: Mapping[str, Sequence[float | None]] | None = None,
     aim: Aim | None = None,
 ) -> Figure:
     """A figure from what its repeats measured.
@@ -133,7 +134,7 @@ def figure(
     Args:
         name: what it is, with its setting: `5 robots, no faults`.
         unit: its unit, as people write it.
-        values: one for each repeat; infinite: it never came.
+        values: one for each repeat; None or infinite: it never came.
         baselines: by name what was measured beside each repeat.
         aim: what to reach.
     """
@@ -153,7 +154,11 @@ def all_met(figures: Iterable[Figure]) -> bool:
     return all(each.met is not False for each in figures)
 
 
-def _ratios(values: Sequence[float], beside: Sequence[float]) -> list[float]:
+def _or_never(value: float | None) -> float:
+    return math.inf if value is None else value
+
+
+def _ratios(values: Sequence[float | None], beside: Sequence[float | None]) -> list[float]:
     """Rule 2; what never came is infinitely longer than any baseline."""
-    pairs = zip(values, beside, strict=True)
+    pairs = zip(map(_or_never, values), map(_or_never, beside), strict=True)
     return [value / base if base and math.isfinite(value) else math.inf for value, base in pairs]

@@ -9,7 +9,6 @@ Rule 3: processor time is of all processes, per robot and simulated second: a ma
 Rule 4: runs of fleets of one size are repeats.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
@@ -244,7 +243,7 @@ def _of_size(runs: Sequence[ScaleRun], few: Sequence[ScaleRun]) -> list[Figure]:
         figure(
             f"{fleet}: {name}",
             unit,
-            _or_never(values),
+            values,
             aim=None if most is None else Aim(at_most=most),
         )
         for name, unit, values, most in rows
@@ -254,8 +253,8 @@ def _of_size(runs: Sequence[ScaleRun], few: Sequence[ScaleRun]) -> list[Figure]:
         figure(
             f"{fleet}: CPU time for a robot, {how}",
             "ms/s",
-            _or_never([run.cpu_ms(how) for run in runs]),
-            baselines={FEW: _or_never([run.cpu_ms(how) for run in few])} if is_compared else None,
+            [run.cpu_ms(how) for run in runs],
+            baselines={FEW: [run.cpu_ms(how) for run in few]} if is_compared else None,
             aim=Aim(of=FEW, at_most=GROWTH_MAX) if is_compared else None,
         )
         for how in ("standing", "driving")
@@ -263,10 +262,6 @@ def _of_size(runs: Sequence[ScaleRun], few: Sequence[ScaleRun]) -> list[Figure]:
     verdicts = [float(run.is_good) for run in runs]
     name = "no promise broken, nobody declared dead" if runs[0].is_cut_short else "verdict ok"
     return [*told, figure(f"{fleet}: {name}", "", verdicts, aim=Aim(at_least=1.0))]
-
-
-def _or_never(values: Sequence[float | None]) -> list[float]:
-    return [math.inf if value is None else value for value in values]
 
 
 def scale_run(

@@ -7,7 +7,7 @@ Rule 3: a probe is a new session at the fleet's router, beside all others. Each 
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 
 import msgspec
 from msgspec import Struct
@@ -17,7 +17,6 @@ from clew.bench.result import Aim, Figure, figure
 from clew.bench.usage import Usage
 from clew.percentiles import percentile
 from world.chance import stream
-from world.judge.verdict import Verdict
 from world.scenario.scenario import Scenario
 
 PARTS = ("robot", "world", "router", "host", "launcher")
@@ -94,7 +93,7 @@ def figures(soak: Soak) -> list[Figure]:
         figure("time soaked", "s", [soak.soaked_s], aim=Aim(at_least=soak.asked_s)),
         figure("robots killed and started again", "", [soak.restarts]),
         figure("robots without a process at the end", "", [soak.missing], aim=Aim(at_most=0.0)),
-        figure("promises broken", "", [_or_never(soak.violations)], aim=Aim(at_most=0.0)),
+        figure("promises broken", "", [soak.violations], aim=Aim(at_most=0.0)),
         figure("probes", "", [len(soak.probes)]),
         figure("probes refused", "", [sum(map(math.isinf, took_s))], aim=Aim(at_most=0.0)),
         figure("admission, median", "s", [percentile(took_s, 50)]),
@@ -137,14 +136,3 @@ def _growth(
         figure(name, unit, [before]),
         figure(f"{name}, growth", unit, [grown], aim=Aim(at_most=round(room(before), 1))),
     ]
-
-
-def _or_never(count: int | None) -> float:
-    return math.inf if count is None else float(count)
-
-
-def told(verdict: Verdict | None, said: Sequence[str]) -> str:
-    """The reason of the verdict; without one, what the launcher said last."""
-    if verdict is not None:
-        return verdict.reason
-    return said[-1] if said else "it said nothing"

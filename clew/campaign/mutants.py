@@ -19,6 +19,7 @@ from contextlib import contextmanager
 from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TypeVar
 
 import msgspec
 from msgspec import Struct
@@ -32,6 +33,8 @@ from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.root import ROOT
 from protocol.timeline.invariants import named
+
+Told = TypeVar("Told")
 
 TESTS_FAILED = 1  # pytest's exit code
 WORKER = "clew.campaign.mutants_worker"
@@ -175,11 +178,15 @@ def by(outcome: Outcome) -> str:
 
 def outcomes_in(folder: Path, worker: str, first: int, last: int) -> Iterator[Outcome]:
     """The outcomes of these seeds with the source in the folder, as this module there plays them."""
-    command = [sys.executable, "-m", worker, str(first), str(last)]
-    with started(command, folder) as process:
+    return told_in(folder, [worker, str(first), str(last)], Outcome)
+
+
+def told_in(folder: Path, module: Sequence[str], kind: type[Told]) -> Iterator[Told]:
+    """What this module with its arguments prints, line by line, with the source in the folder."""
+    with started([sys.executable, "-m", *module], folder) as process:
         assert process.stdout is not None, "opened as a pipe"
         for line in process.stdout:
-            yield msgspec.json.decode(line, type=Outcome)
+            yield msgspec.json.decode(line, type=kind)
         if process.wait() != 0:
             assert process.stderr is not None, "opened as a pipe"
             last_words = process.stderr.read().decode(errors="replace").strip().splitlines()[-1:]

@@ -1,20 +1,17 @@
 """The rules of the fence, each removed from a copy of the source: the exploration has to find what breaks."""
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
 from clew.campaign.mutant import Mutant
-from clew.campaign.mutants import apply, started
+from clew.campaign.mutants import apply, told_in
 from clew.campaign.mutants_list import mutant_named
 from clew.explore.explore import Round
 from clew.explore.setting import NEVER_TICKS, SETTINGS, Kind, Setting
-from protocol.errors import UsageError
 
 
 class Without(Struct, frozen=True, kw_only=True):
@@ -73,12 +70,4 @@ def explore_without(rule: str, seconds: float) -> Iterator[Round]:
     """
     with TemporaryDirectory(prefix="clew-without-") as folder:
         apply(RULES[rule].mutant, Path(folder))
-        command = [sys.executable, "-m", "clew.explore", rule, str(seconds)]
-        with started(command, Path(folder)) as process:
-            assert process.stdout is not None, "opened as a pipe"
-            for line in process.stdout:
-                yield msgspec.json.decode(line, type=Round)
-            if process.wait() != 0:
-                assert process.stderr is not None, "opened as a pipe"
-                last_words = process.stderr.read().decode(errors="replace").strip().splitlines()[-1:]
-                raise UsageError(f"the source without {rule} does not start: {' '.join(last_words)}")
+        yield from told_in(Path(folder), ["clew.explore", rule, str(seconds)], Round)

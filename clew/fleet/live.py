@@ -41,6 +41,11 @@ class Ended:
     leftovers: tuple[str, ...]
     """Command lines of processes and names of files."""
 
+    @property
+    def last_words(self) -> str:
+        """The last line of its stderr."""
+        return self.said[-1] if self.said else "it said nothing"
+
 
 class Launched:
     """A launcher that was started, with all that it starts."""

@@ -1,12 +1,10 @@
-"""The summary of a run that has ended: `python -m clew.fleet.summary RUN`.
+"""The summary of a run that has ended.
 
 If the scenario has a Table I, the table comes first, beside the measured distances. The figures follow. The
 last line is the verdict in a sentence and the run's folder.
 """
 
-import argparse
-import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
@@ -16,7 +14,6 @@ from clew.log.check import scenario_of
 from clew.log.timeline import Timeline
 from clew.story.shortfall import shortfall
 from protocol.errors import UsageError
-from protocol.exit_codes import ExitCode
 from protocol.plain import plain
 from world.judge.recovery import Death
 from world.judge.table import Rows, measure
@@ -134,19 +131,3 @@ def summary_of(run: str) -> str:
         return "\n".join(report(run, timeline.read(Path(run)), verdict)) + "\n"
     except (OSError, msgspec.MsgspecError, UsageError) as error:
         raise UsageError(f"report: {run}: {error}") from error
-
-
-def main(arguments: Sequence[str]) -> int:
-    """Print the report of a run; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m clew.fleet.summary", description=__doc__)
-    parser.add_argument("run", metavar="RUN", help="a run's folder")
-    try:
-        sys.stdout.write(summary_of(parser.parse_args(arguments).run))
-    except UsageError as error:
-        sys.stderr.write(f"{plain(str(error))}\n")
-        return ExitCode.USAGE
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

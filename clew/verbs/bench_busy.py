@@ -101,4 +101,4 @@ def _run(arguments: list[str], out: Path, seed: int) -> "BusyRun":
     from world.judge.verdict import Verdict
 
     ended = run_fleet([*arguments, "--seed", str(seed), "--out", str(out)], wall_s_max=QUEUE_S_MAX)
-    return busy_run(verdict_in(out, Verdict), ended.said, launcher_s=ended.wall_s)
+    return busy_run(verdict_in(out, Verdict), ended.last_words, launcher_s=ended.wall_s)

@@ -53,19 +53,12 @@ def print_figures(title: str, figures: "Sequence[Figure]") -> None:
     """Print figures as a table."""
     from rich.table import Table
 
-    from clew.bench.page import said, said_aim, said_met
+    from clew.bench.page import cells
 
     table = Table(title=title)
     for column in ("figure", "unit", "median (quartiles)", "baseline", "ratio", "aim", ""):
         table.add_column(column, justify="left" if column in ("figure", "baseline") else "right")
     for each in figures:
-        unit = each.unit
-        rows = [
-            (f"{base.name}: {said(base.measured, unit)}", said(base.ratio, unit)) for base in each.baselines
-        ]
-        first, *more = rows or [("", "")]
-        met = said_met(each).replace("*", "")
-        table.add_row(each.name, unit, said(each.measured, unit), *first, said_aim(each.aim), met)
-        for row in more:
-            table.add_row("", "", "", *row, "", "")
+        for *row, met in cells(each):
+            table.add_row(*row, met.replace("*", ""))
     console().print(table)

@@ -115,7 +115,7 @@ def _run(fleet: "LiveFleet", speed: float, stand_s: float, drive_s: float) -> "S
         contacts=fleet.contacts,
         speed=speed,
         began_s=fleet.began_s,
-        said=ended.said[-1] if ended.said else "it said nothing",
+        said=ended.last_words,
         standing=standing,
         driving=driving,
         is_cut_short=is_cut_short,

@@ -100,7 +100,7 @@ class _Soaking:
     def soak(self, for_s: float) -> "Soak":
         """Start a fleet, soak it for so long, and end it."""
         from clew.bench.live import LiveFleet, load
-        from clew.bench.soak import Soak, endless_queue, told
+        from clew.bench.soak import Soak, endless_queue
 
         load_before, soaked_s, missing = load(), 0.0, self._robots
         scenario = endless_queue(self._robots, wall_s=for_s, speed=self._speed)
@@ -122,7 +122,7 @@ class _Soaking:
             probes=tuple(self._probes),
             missing=missing,
             violations=None if verdict is None else verdict.violations,
-            said=told(verdict, ended.said),
+            said=ended.last_words if verdict is None else verdict.reason,
             load=(load_before, load()),
         )
 

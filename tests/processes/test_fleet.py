@@ -1,7 +1,6 @@
 """Whole fleets of real processes over real Zenoh, started as a user starts them."""
 
 import json
-import os
 import socket
 import subprocess
 import sys
@@ -11,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from protocol.root import ROOT
+from clew.fleet.summary import summary_of
 from tests.support.campaigns import clew as clew_here
 from tests.support.deadline import DEADLINE_S
 from tests.support.processes.fleets import LAUNCHER, Fleet, Outcome, clew
@@ -110,19 +109,9 @@ def test_log_check_detects_a_tampered_log(
 
 def test_report_prints_the_table_and_ends_with_verdict_and_folder(paper: tuple[Fleet, Outcome]) -> None:
     fleet, _ = paper
-    command = [sys.executable, "-m", "clew.fleet.summary", "runs/latest"]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    said = subprocess.run(
-        command,
-        cwd=fleet.cwd,
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=DEADLINE_S,
-        check=True,
-    ).stdout.splitlines()
+    said = summary_of(str(fleet.folder())).splitlines()
     assert any("Table I" in line and "RMS" in line for line in said)
-    assert "runs/latest" in said[-1]
+    assert said[-1].endswith(f"Run: {fleet.folder()}")
 
 
 def test_grove_is_crossed_with_the_promised_clearance(fleet: Fleet) -> None:

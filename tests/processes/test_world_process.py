@@ -40,38 +40,22 @@ from tests.support.processes.wire import (
     router,
     session_folder,
 )
+from tests.support.scenes.placed import circle, placed
 from tests.support.stages.world_stage import formed, life_of, planned
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
 from world.record.run_files import prepare_folder
-from world.scenario.scenario import load
 
-SCENARIO = """
-name = "one"
-[fleet]
-robots = 1
-robot_radius_m = 0.1
-separation_m = 0.1
-link_length_m_max = 3.0
-places = [[0.0, 0.0, 0.0]]
-[law]
-epsilon_m = 0.1
-mu0_m = 0.02
-[sensor]
-directions = 360
-range_m_max = 3.0
-[drive]
-speed_mps = 0.5
-speed_mps_min = 0.05
-speed_mps_max = 1.0
-turn_rate_radps = 3.0
-[time]
-time_s_max = 30.0
-[[obstacle]]
-shape = "circle"
-centre_m = [1.0, 1.0]
-radius_m = 0.3
-"""
+SCENARIO = placed(
+    "one",
+    [(0.0, 0.0)],
+    (),
+    circle((1.0, 1.0), 0.3),
+    fleet={"separation_m": 0.1},
+    goal=None,
+    sensor={"range_m_max": 3.0},
+    time={"time_s_max": 30.0},
+)
 TARGET = Point(x_m=0.5, y_m=0.0)
 
 
@@ -176,14 +160,13 @@ def is_under(epoch: Epoch, may: May) -> Callable[[Message], bool]:
 @pytest.fixture
 def folder() -> Iterator[Path]:
     with session_folder() as folder, router(folder):
-        (folder / "one.toml").write_text(SCENARIO)
         yield folder
 
 
 def world_arguments(folder: Path, *options: str, speed: float | None = 1.0) -> Sequence[str]:
     run = folder / "run"
     run.mkdir()
-    prepare_folder(run, load(str(folder / "one.toml")), NO_FAULTS, Settings(seed=1, speed=speed))
+    prepare_folder(run, SCENARIO, NO_FAULTS, Settings(seed=1, speed=speed))
     return ["-m", "world", str(run), "--session", str(folder / "world.json"), *options]
 
 

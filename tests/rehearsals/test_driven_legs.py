@@ -1,8 +1,8 @@
 """Drive errors do not add up: not over views, and not over steps beside the bounds (docs/strand.md)."""
 
 import math
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Sequence
+from typing import Any
 from unittest.mock import Mock
 
 import numpy as np
@@ -15,54 +15,52 @@ from protocol.faults.rules import Drop, Kill, Restart
 from protocol.fence import Cause
 from protocol.keys import WORLD
 from protocol.timeline import ViewProposed
+from tests.support.scenes.placed import Numbers, circle, placed, polygon
 from world.bodies import arena
 from world.chance import stream
 from world.judge.ending import Ending
 from world.judge.judgement import judge
-from world.scenario.scenario import load
+from world.scenario.scenario import Scenario
 
 ROBOTS, LEG_M = 4, 0.98
 HEADING_ERROR_RAD, RANGE_M = 0.01, 1.0
 
 
-def drives(heading_error_rad: float) -> str:
-    """The sections of a scenario that say how robots see and drive."""
-    return f"""
-[sensor]
-directions = 360
-range_m_max = {RANGE_M}
-[drive]
-speed_mps = 0.3
-speed_mps_min = 0.05
-speed_mps_max = 1.0
-turn_rate_radps = 50.0
-heading_error_rad = {heading_error_rad}
-[time]
-time_s_max = 120.0
-"""
+def legs(
+    name: str,
+    places: Sequence[Numbers],
+    goal: tuple[float, float],
+    *obstacles: dict[str, Any],
+    mu0_m: float = 0.042,
+    heading_error_rad: float = HEADING_ERROR_RAD,
+    time_s_max: float = 120.0,
+    **sections: object,
+) -> Scenario:
+    """Robots that see 1 m far, and whose drives are off by as much as may be."""
+    return placed(
+        name,
+        places,
+        goal,
+        *obstacles,
+        law={"mu0_m": mu0_m},
+        sensor={"range_m_max": RANGE_M},
+        drive={"speed_mps": 0.3, "turn_rate_radps": 50.0, "heading_error_rad": heading_error_rad},
+        time={"time_s_max": time_s_max},
+        **sections,
+    )
 
 
-ALONG_THE_BOUNDS = f"""
-name = "along-the-bounds"
-[fleet]
-robots = {ROBOTS}
-robot_radius_m = 0.1
-separation_m = 0.084
-link_length_m_max = 2.0
-places = {[[-LEG_M * rank, 0.0, 1.0] for rank in range(ROBOTS)]}
-[law]
-epsilon_m = 0.1
-mu0_m = 0.042
-[goal]
-at_m = [12.0, 0.0]
-tolerance_m = 0.1
-[bounds]
-x_m_min = -20.0
-y_m_min = -0.1421
-x_m_max = 20.0
-y_m_max = 3.0
-{drives(HEADING_ERROR_RAD)}
-"""
+def along_the_bounds(
+    robots: int, apart_m: float, goal_x_m: float, *, low_m: float, high_m: float = 3.0
+) -> Scenario:
+    """A queue beside the lower side of the bounds."""
+    return legs(
+        "along-the-bounds",
+        [(-apart_m * rank, 0.0, 1.0) for rank in range(robots)],
+        (goal_x_m, 0.0),
+        fleet={"separation_m": 0.084, "link_length_m_max": 2.0},
+        bounds={"x_m_min": -20.0, "y_m_min": low_m, "x_m_max": 20.0, "y_m_max": high_m},
+    )
 
 
 def adverse(off: Callable[[float, float], float]) -> Callable[[int, str], np.random.Generator]:
@@ -83,13 +81,10 @@ errors = adverse(lambda low, _high: low)
 """Each heading is as far off to the right as it may be."""
 
 
-def test_drive_errors_do_not_add_up_from_view_to_view(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_drive_errors_do_not_add_up_from_view_to_view(monkeypatch: pytest.MonkeyPatch) -> None:
     """In each view the next robot has just come to where the first one stood at the start."""
     monkeypatch.setattr(arena, "stream", errors)
-    (path := tmp_path / "along-the-bounds.toml").write_text(ALONG_THE_BOUNDS)
-    scenario = load(str(path))
+    scenario = along_the_bounds(ROBOTS, LEG_M, 12.0, low_m=-0.1421)
     rehearsal, comes, lowest_m = Rehearsal(scenario, 1), 2, 0.0
     for now_s in rehearsal.ticks():
         places = rehearsal.world.bodies.places
@@ -105,22 +100,14 @@ def test_drive_errors_do_not_add_up_from_view_to_view(
 
 
 QUEUE, APART_M, MOVED_M, VIEWS = 5, 0.93, 0.3, 4
-SHORT_QUEUE = ALONG_THE_BOUNDS.replace(
-    str([[-LEG_M * rank, 0.0, 1.0] for rank in range(ROBOTS)]),
-    str([[-APART_M * rank, 0.0, 1.0] for rank in range(QUEUE)]),
-)
-AT_THE_BOUNDS = SHORT_QUEUE.replace("y_m_min = -0.1421", "y_m_min = -0.1").replace(
-    "at_m = [12.0, 0.0]", "at_m = [4.0, 0.0]"
-)
 
 
 def test_nor_do_they_where_in_each_view_all_robots_have_new_lives_and_know_no_driven_leg(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Each view lays the path through where bodies stand; here that came nearer to the bounds each time."""
     monkeypatch.setattr(arena, "stream", errors)
-    (path := tmp_path / "at-the-bounds.toml").write_text(AT_THE_BOUNDS)
-    scenario = load(str(path), robots=QUEUE)
+    scenario = along_the_bounds(QUEUE, APART_M, 4.0, low_m=-0.1)
     rehearsal, views, tail_m = Rehearsal(scenario, 1), 0, -APART_M * (QUEUE - 1)
     for now_s in rehearsal.ticks():
         x_m, _ = rehearsal.world.bodies.places[-1]
@@ -134,108 +121,53 @@ def test_nor_do_they_where_in_each_view_all_robots_have_new_lives_and_know_no_dr
     assert rehearsal.world.ending is Ending.ARRIVED
 
 
-SLOT = f"""
-name = "slot-along-the-bounds"
-[fleet]
-robots = 1
-robot_radius_m = 0.1
-separation_m = 0.05
-link_length_m_max = 2.0
-places = [[0.0, 0.0, 0.0]]
-[law]
-epsilon_m = 0.1
-mu0_m = 0.0205
-[goal]
-at_m = [9.0, -0.02]
-tolerance_m = 0.1
-[bounds]
-x_m_min = -2.0
-y_m_min = -0.1206
-x_m_max = 11.0
-y_m_max = 3.0
-{drives(0.005)}
-[[obstacle]]
-shape = "polygon"
-vertices_m = [[0.3, 0.21], [8.5, 0.21], [8.5, 3.0], [0.3, 3.0]]
-"""
+def arrives_without_a_breach(scenario: Scenario) -> bool:
+    rehearsal = Rehearsal(scenario, 1).run()
+    assert judge(scenario, rehearsal.entries).breaches == ()
+    return rehearsal.world.ending is Ending.ARRIVED
 
 
-def test_drive_errors_do_not_add_up_from_step_to_step(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_drive_errors_do_not_add_up_from_step_to_step(monkeypatch: pytest.MonkeyPatch) -> None:
     """The only way leads along the bounds, and each drive is off towards them."""
     monkeypatch.setattr(arena, "stream", errors)
-    (path := tmp_path / "slot.toml").write_text(SLOT)
-    scenario = load(str(path))
-    rehearsal = Rehearsal(scenario, 1)
-    for _ in rehearsal.ticks():
-        pass
-    assert judge(scenario, rehearsal.entries).breaches == ()
-    assert rehearsal.world.ending is Ending.ARRIVED
-
-
-BETWEEN_THE_BOUNDS = (
-    SHORT_QUEUE.replace("y_m_max = 3.0", "y_m_max = {side_m}")
-    .replace("y_m_min = -0.1421", "y_m_min = -{side_m}")
-    .replace("at_m = [12.0, 0.0]", "at_m = [0.0, 0.0]")
-)
+    slot = legs(
+        "slot-along-the-bounds",
+        [(0.0, 0.0)],
+        (9.0, -0.02),
+        polygon((0.3, 0.21), (8.5, 0.21), (8.5, 3.0), (0.3, 3.0)),
+        mu0_m=0.0205,
+        heading_error_rad=0.005,
+        fleet={"link_length_m_max": 2.0},
+        bounds={"x_m_min": -2.0, "y_m_min": -0.1206, "x_m_max": 11.0, "y_m_max": 3.0},
+    )
+    assert arrives_without_a_breach(slot)
 
 
 def test_robots_that_close_up_between_two_sides_of_the_bounds_stay_inside(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The leader has no room for a step and is at the goal; those behind drive along the path."""
     monkeypatch.setattr(arena, "stream", errors)
-    path = tmp_path / "between.toml"
-    path.write_text(BETWEEN_THE_BOUNDS.replace("{side_m}", "0.105"))
     with pytest.raises(UsageError, match=r"bounds\.y_m_min: must be <= y_m_max - 2 "):
-        load(str(path), robots=QUEUE)  # robots came out of such bounds by half a drive's error
-    path.write_text(BETWEEN_THE_BOUNDS.replace("{side_m}", "0.1105"))
-    scenario = load(str(path), robots=QUEUE)
-    rehearsal = Rehearsal(scenario, 1)
-    for _ in rehearsal.ticks():
-        pass
-    assert judge(scenario, rehearsal.entries).breaches == ()
-    assert rehearsal.world.ending is Ending.ARRIVED
+        # Robots came out of such bounds by half a drive's error.
+        along_the_bounds(QUEUE, APART_M, 0.0, low_m=-0.105, high_m=0.105)
+    assert arrives_without_a_breach(along_the_bounds(QUEUE, APART_M, 0.0, low_m=-0.1105, high_m=0.1105))
 
 
 EPSILON_M, MU0_M, RADIUS_M = 0.1, 0.0402, 0.1
 POST_M, POST_RADIUS_M = (-0.07, 0.241), 0.05
 TIMES = 6
 
-DEAD_END = f"""
-name = "dead-end-beside-a-post"
-[fleet]
-robots = 2
-robot_radius_m = {RADIUS_M}
-separation_m = 0.084
-link_length_m_max = 2.0
-places = [[0.95, 0.0, 0.0], [0.0, 0.0, 0.0]]
-[law]
-epsilon_m = {EPSILON_M}
-mu0_m = {MU0_M}
-[goal]
-at_m = [6.0, 0.0]
-tolerance_m = 0.1
-{drives(HEADING_ERROR_RAD).replace("120.0", "900.0")}
-[[obstacle]]
-shape = "circle"
-centre_m = {list(POST_M)}
-radius_m = {POST_RADIUS_M}
-[[obstacle]]
-shape = "polygon"
-vertices_m = [[2.3, -0.7], [2.4, -0.7], [2.4, 0.7], [2.3, 0.7]]
-[[obstacle]]
-shape = "polygon"
-vertices_m = [[0.7, 0.35], [2.4, 0.35], [2.4, 0.7], [0.7, 0.7]]
-[[obstacle]]
-shape = "polygon"
-vertices_m = [[0.7, -0.35], [2.4, -0.35], [2.4, -0.7], [0.7, -0.7]]
-"""
+DEAD_END = (
+    circle(POST_M, POST_RADIUS_M),
+    polygon((2.3, -0.7), (2.4, -0.7), (2.4, 0.7), (2.3, 0.7)),
+    polygon((0.7, 0.35), (2.4, 0.35), (2.4, 0.7), (0.7, 0.7)),
+    polygon((0.7, -0.35), (2.4, -0.35), (2.4, -0.7), (0.7, -0.7)),
+)
 
 
 def test_drive_errors_do_not_add_up_where_a_tail_comes_back_and_has_a_new_life_each_time(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The way back out of the dead end ends where the tail stood, and each drive is off towards a post there.
 
@@ -244,8 +176,15 @@ def test_drive_errors_do_not_add_up_where_a_tail_comes_back_and_has_a_new_life_e
     comes_back = False
 
     monkeypatch.setattr(arena, "stream", adverse(lambda low, _high: low if comes_back else 0.0))
-    (path := tmp_path / "dead-end.toml").write_text(DEAD_END)
-    scenario = load(str(path))
+    scenario = legs(
+        "dead-end-beside-a-post",
+        [(0.95, 0.0), (0.0, 0.0)],
+        (6.0, 0.0),
+        *DEAD_END,
+        mu0_m=MU0_M,
+        time_s_max=900.0,
+        fleet={"robot_radius_m": RADIUS_M, "separation_m": 0.084, "link_length_m_max": 2.0},
+    )
     rehearsal, times, is_cut = Rehearsal(scenario, 1), 0, False
     for now_s in rehearsal.ticks():
         (ahead_x_m, _), (x_m, y_m) = rehearsal.world.bodies.places
@@ -272,37 +211,20 @@ HIDDEN_OFF_M = FRONT_RADIUS_M + EPSILON_M + HIDDEN_RADIUS_M + 1e-9
 HIDDEN_M = (HIDDEN_OFF_M * math.cos(HIDDEN_RAD), HIDDEN_OFF_M * math.sin(HIDDEN_RAD))
 LEADS_ON_M = 3.2
 
-BEFORE_A_HIDDEN_POST = f"""
-name = "before-a-hidden-post"
-obstacle_speed_mps_max = OBSTACLE_SPEED_MPS
-[fleet]
-robots = {FRONTS}
-robot_radius_m = {FRONT_RADIUS_M}
-separation_m = 0.084
-link_length_m_max = 20.0
-places = {[[-FRONT_APART_M * rank, 0.0, 1.0] for rank in range(FRONTS)]}
-[law]
-epsilon_m = {EPSILON_M}
-mu0_m = 0.04
-[goal]
-at_m = [1.0, 40.0]
-tolerance_m = 0.1
-[sensor]
-directions = 360
-range_m_max = 1.72
-[drive]
-speed_mps = 1.4
-speed_mps_min = 0.05
-speed_mps_max = 5.0
-turn_rate_radps = 50.0
-heading_error_rad = 0.0058
-[time]
-time_s_max = 900.0
-[[obstacle]]
-shape = "circle"
-centre_m = {list(HIDDEN_M)}
-radius_m = {HIDDEN_RADIUS_M}
-"""
+
+def before_a_hidden_post(obstacle_speed_mps: float) -> Scenario:
+    return placed(
+        "before-a-hidden-post",
+        [(-FRONT_APART_M * rank, 0.0, 1.0) for rank in range(FRONTS)],
+        (1.0, 40.0),
+        circle(HIDDEN_M, HIDDEN_RADIUS_M),
+        fleet={"robot_radius_m": FRONT_RADIUS_M, "separation_m": 0.084, "link_length_m_max": 20.0},
+        law={"epsilon_m": EPSILON_M, "mu0_m": 0.04},
+        sensor={"range_m_max": 1.72},
+        drive={"speed_mps": 1.4, "speed_mps_max": 5.0, "turn_rate_radps": 50.0, "heading_error_rad": 0.0058},
+        time={"time_s_max": 900.0},
+        obstacle_speed_mps_max=obstacle_speed_mps,
+    )
 
 
 def lets_nobody_come(rehearsal: Rehearsal, told: int) -> bool:
@@ -319,7 +241,7 @@ def lets_nobody_come(rehearsal: Rehearsal, told: int) -> bool:
     ],
 )
 def test_nor_where_each_leader_is_lost_and_the_robot_behind_it_stands_where_it_began(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, obstacle_speed_mps: float
+    monkeypatch: pytest.MonkeyPatch, obstacle_speed_mps: float
 ) -> None:
     """The first robot's hull hides a post beyond its place from the next one, which comes there by a new leg.
 
@@ -332,10 +254,7 @@ def test_nor_where_each_leader_is_lost_and_the_robot_behind_it_stands_where_it_b
     is_last = False
 
     monkeypatch.setattr(arena, "stream", adverse(lambda low, high: low if is_last else high))
-    (path := tmp_path / "hidden-post.toml").write_text(
-        BEFORE_A_HIDDEN_POST.replace("OBSTACLE_SPEED_MPS", str(obstacle_speed_mps))
-    )
-    scenario = load(str(path))
+    scenario = before_a_hidden_post(obstacle_speed_mps)
     rehearsal, front, is_cut, begins_s = Rehearsal(scenario, 1), 1, False, 0.0
     is_found, told = False, 0
     stood = rehearsal.world.bodies.places

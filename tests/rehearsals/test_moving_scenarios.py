@@ -22,6 +22,7 @@ from protocol.timeline import PromiseBroken, StrandReversed
 from tests.support.judges import differences
 from tests.support.long import long
 from tests.support.runs import Runs
+from tests.support.scenes.placed import circle, placed
 from tests.support.stages.world_stage import Stage
 from world.events import ScanAsked, StopAsked
 from world.judge.ending import Ending
@@ -194,50 +195,31 @@ def test_no_body_is_sent_on_its_way_before_its_first_scan_in_an_epoch_even_if_ha
     assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
 
 
-LID = """
-name = "lid"
-[fleet]
-robots = 2
-robot_radius_m = 0.1
-separation_m = 0.05
-link_length_m_max = 3.0
-places = [[0.0, 0.0, 1.5708], [-1.0, 0.0, 3.1415]]
-[law]
-law = "up"
-epsilon_m = 0.3
-mu0_m = 0.02
-[goal]
-at_m = [0.0, 1.4]
-tolerance_m = 0.1
-[sensor]
-directions = 720
-range_m_max = 4.0
-[drive]
-speed_mps = 0.5
-speed_mps_min = 0.05
-speed_mps_max = 1.0
-turn_rate_radps = 1.0
-[time]
-time_s_max = 20.0
-[[obstacle]]
-shape = "circle"
-centre_m = [-0.1, -0.42]
-radius_m = 0.02
-[[moving]]
-id = "lid"
-shape = "polygon"
-vertices_m = [[-0.2, -0.025], [0.2, -0.025], [0.2, 0.025], [-0.2, 0.025]]
-track = [[0.0, -0.18, -1.0], [1.6, -0.18, -0.14], [6.0, -0.18, -0.14], [8.2, -0.18, -1.2]]
-"""
+LID = {
+    "id": "lid",
+    "shape": "polygon",
+    "vertices_m": [(-0.2, -0.025), (0.2, -0.025), (0.2, 0.025), (-0.2, 0.025)],
+    "track": [(0.0, -0.18, -1.0), (1.6, -0.18, -0.14), (6.0, -0.18, -0.14), (8.2, -0.18, -1.2)],
+}
 
 
 def test_what_may_be_the_robot_behind_may_hide_more_where_obstacles_move(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """S4: a lid comes to where the follower may be; a post is nearer behind it than behind a hull."""
     monkeypatch.setattr(laws, "_registered", {})
     laws.register("up", lambda seen: seen.step_to((0.0, 0.7 if seen.position[1] < 0.5 else 1.4)))
-    (path := tmp_path / "lid.toml").write_text(LID)
-    rehearsal = Rehearsal(load(str(path)), 1, Plan(name="test", rules=())).run()
-    assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
+    scenario = placed(
+        "lid",
+        [(0.0, 0.0, 1.5708), (-1.0, 0.0, 3.1415)],
+        (0.0, 1.4),
+        circle((-0.1, -0.42), 0.02),
+        law={"law": "up", "epsilon_m": 0.3},
+        sensor={"directions": 720},
+        drive={"turn_rate_radps": 1.0},
+        time={"time_s_max": 20.0},
+        moving=[LID],
+    )
+    rehearsal = Rehearsal(scenario, 1, Plan(name="test", rules=())).run()
+    assert judge(scenario, rehearsal.entries).breaches == ()
     assert rehearsal.world.ending is Ending.ARRIVED

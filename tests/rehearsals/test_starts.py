@@ -1,86 +1,62 @@
 """Hard starts, found by attack: obstacles that a queue hides, and places that allow no straight strand."""
 
 import itertools
-from pathlib import Path
+from collections.abc import Sequence
 
 import pytest
 
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.timeline import RobotPlaced, StepPlanned
+from tests.support.scenes.placed import circle, placed
 from world.judge.ending import Ending
 from world.judge.judgement import judge
-from world.scenario.scenario import load
 
 PATIENCE_S = 60.0
 
-FLEET = """
-name = "start"
-[fleet]
-robots = {robots}
-robot_radius_m = 0.1
-places = {places}
-separation_m = 0.1
-link_length_m_max = 5.0
-[law]
-law = "certified"
-epsilon_m = 0.1
-mu0_m = 0.03
-[goal]
-at_m = [4.0, 0.0]
-tolerance_m = 0.1
-[sensor]
-directions = 720
-range_m_max = 4.0
-[drive]
-speed_mps = 0.5
-speed_mps_min = 0.05
-speed_mps_max = 1.0
-turn_rate_radps = 1.5
-[time]
-time_s_max = 60.0
-[[obstacle]]
-shape = "circle"
-centre_m = {post}
-radius_m = 0.05
-"""
+Place = tuple[float, float]
 
 FAR_AWAY = (-3.0, 3.0)
 QUEUE_OF_TWO = ((1.6, 0.0), (0.0, 0.0))
 
 
-def rehearsed(
-    folder: Path, places: tuple[tuple[float, float], ...], post: tuple[float, float] = FAR_AWAY
-) -> Rehearsal:
-    path = folder / "start.toml"
-    rows = [[x_m, y_m, 0.0] for x_m, y_m in places]
-    path.write_text(FLEET.format(robots=len(rows), places=rows, post=list(post)))
-    rehearsal = Rehearsal(load(str(path)), 1)
+def rehearsed(places: Sequence[Place], post: Place = FAR_AWAY) -> Rehearsal:
+    scenario = placed(
+        "start",
+        places,
+        (4.0, 0.0),
+        circle(post, 0.05),
+        fleet={"separation_m": 0.1, "link_length_m_max": 5.0},
+        law={"mu0_m": 0.03},
+        sensor={"directions": 720},
+        drive={"turn_rate_radps": 1.5},
+    )
+    rehearsal = Rehearsal(scenario, 1)
     for _ in itertools.takewhile(lambda now_s: now_s < PATIENCE_S, rehearsal.ticks()):
         pass
     assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
     return rehearsal
 
 
-def test_a_queue_on_open_ground_starts(tmp_path: Path) -> None:
-    assert rehearsed(tmp_path, QUEUE_OF_TWO).world.ending is Ending.ARRIVED
+def test_a_queue_on_open_ground_starts() -> None:
+    assert rehearsed(QUEUE_OF_TWO).world.ending is Ending.ARRIVED
 
 
 @pytest.mark.parametrize("post", [(1.2, 0.0), (0.6, 0.0), (0.8, 0.12), (0.8, -0.225)])
 def test_a_robot_drives_around_a_post_on_or_beside_the_line_of_the_queue(
-    tmp_path: Path, post: tuple[float, float]
+    post: Place,
 ) -> None:
-    rehearsal = rehearsed(tmp_path, QUEUE_OF_TWO, post)
+    rehearsal = rehearsed(QUEUE_OF_TWO, post)
     joined = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, RobotPlaced)]
     assert [placed.rank for placed in joined] == [1]
     assert rehearsal.world.ending is Ending.ARRIVED
 
 
-def test_a_post_with_enough_room_beside_the_line_of_the_queue_stops_no_robot(tmp_path: Path) -> None:
-    assert rehearsed(tmp_path, QUEUE_OF_TWO, (0.8, 0.28)).world.ending is Ending.ARRIVED
+def test_a_post_with_enough_room_beside_the_line_of_the_queue_stops_no_robot() -> None:
+    assert rehearsed(QUEUE_OF_TWO, (0.8, 0.28)).world.ending is Ending.ARRIVED
 
 
-def test_the_promised_clearance_covers_a_post_behind_the_leader(tmp_path: Path) -> None:
-    rehearsal = rehearsed(tmp_path, QUEUE_OF_TWO, (1.29, 0.0))
+def test_the_promised_clearance_covers_a_post_behind_the_leader() -> None:
+    rehearsal = rehearsed(QUEUE_OF_TWO, (1.29, 0.0))
     planned = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, StepPlanned)]
     steps = [step for step in planned if not step.joins]
     assert steps[0].promised_clearance_m == pytest.approx(0.31 - 0.05 - 0.1, abs=0.01)
@@ -94,13 +70,13 @@ def test_the_promised_clearance_covers_a_post_behind_the_leader(tmp_path: Path) 
     ],
 )
 def test_robots_whose_places_allow_no_straight_strand_join_at_other_places(
-    tmp_path: Path, places: tuple[tuple[float, float], ...]
+    places: Sequence[Place],
 ) -> None:
-    rehearsal = rehearsed(tmp_path, places)
+    rehearsal = rehearsed(places)
     assert any(isinstance(entry.record, RobotPlaced) for _, entry in rehearsal.entries)
     assert rehearsal.world.ending is Ending.ARRIVED
 
 
-def test_a_bent_queue_starts(tmp_path: Path) -> None:
+def test_a_bent_queue_starts() -> None:
     bent = ((0.0, 0.0), (-0.4, 0.1), (-0.7, 0.4), (-0.8, 0.8))
-    assert rehearsed(tmp_path, bent).world.ending is Ending.ARRIVED
+    assert rehearsed(bent).world.ending is Ending.ARRIVED

@@ -1,16 +1,14 @@
 """Scenes with dead ends: free ground surrounded by walls. Not a test file."""
 
 from collections.abc import Sequence
-from typing import Any
 
-import msgspec
 import shapely
 
+from tests.support.scenes.placed import placed, polygon
 from world.scenario.scenario import Scenario
 
 RADIUS_M = 0.1
 EPSILON_M = 0.1
-SEPARATION_M = 0.05
 HALF_WIDTH_M = 0.3  # of a corridor: two robots side by side would need 0.33 m
 WALL_M = 0.15
 SPACING_M = 0.3
@@ -55,38 +53,29 @@ def scene(
     queue = shapely.Point(start[0] - SPACING_M * robots, start[1])
     low_x, low_y, high_x, high_y = shapely.union_all([*walls, queue]).bounds
     margin_m = 1.0  # room for a detour
-    raw: dict[str, Any] = {
-        "name": "dead ends",
-        "fleet": {
+    return placed(
+        "dead ends",
+        (),
+        goal,
+        *(polygon(*piece.exterior.coords[:-1]) for piece in walls),
+        fleet={
             "robots": robots,
             "robot_radius_m": RADIUS_M,
-            "separation_m": SEPARATION_M,
             "link_length_m_max": 1.0,
-            "start": list(start),
+            "start": start,
             "spacing_m": SPACING_M,
         },
-        "law": {"law": "certified", "epsilon_m": EPSILON_M, "mu0_m": 0.01},
-        "goal": {"at_m": list(goal), "tolerance_m": 0.1},
-        "bounds": {
+        law={"epsilon_m": EPSILON_M, "mu0_m": 0.01},
+        bounds={
             "x_m_min": low_x - margin_m,
             "y_m_min": low_y - margin_m,
             "x_m_max": high_x + margin_m,
             "y_m_max": high_y + margin_m,
         },
-        "sensor": {"directions": 720, "range_m_max": 2.0, "range_sigma_m": 0.0005},
-        "drive": {
-            "speed_mps": 0.8,
-            "speed_mps_min": 0.05,
-            "speed_mps_max": 1.0,
-            "turn_rate_radps": 3.0,
-            "heading_error_rad": 0.0003,
-        },
-        "time": {"time_s_max": time_s_max},
-        "obstacle": [
-            {"shape": "polygon", "vertices_m": list(map(list, piece.exterior.coords[:-1]))} for piece in walls
-        ],
-    }
-    return msgspec.convert(raw, Scenario)
+        sensor={"directions": 720, "range_m_max": 2.0, "range_sigma_m": 0.0005},
+        drive={"speed_mps": 0.8, "heading_error_rad": 0.0003},
+        time={"time_s_max": time_s_max},
+    )
 
 
 def t_junction(robots: int, *, arm_m: float) -> Scenario:

@@ -28,11 +28,11 @@ def missed(*runs: BusyRun) -> list[str]:
 def test_one_run_of_many_fails_where_robots_do_not_arrive_or_are_held_for_dead(
     worse: Verdict, name: str
 ) -> None:
-    well = [busy_run(GOOD, (), launcher_s=9.0)] * 4
+    well = [busy_run(GOOD, "", launcher_s=9.0)] * 4
     assert missed(*well) == []
-    assert missed(*well, busy_run(worse, (), launcher_s=9.0)) == [name]
+    assert missed(*well, busy_run(worse, "", launcher_s=9.0)) == [name]
 
 
 def test_a_run_without_a_verdict_fails_and_says_what_the_launcher_said() -> None:
-    run = busy_run(None, ("one", "the router is not ready"), launcher_s=60.0)
+    run = busy_run(None, "the router is not ready", launcher_s=60.0)
     assert (missed(run), run.reason) == (["not arrived"], "the router is not ready")

@@ -6,9 +6,8 @@ import pytest
 from msgspec.structs import replace
 
 from clew.bench.result import all_met
-from clew.bench.soak import PARTS, Look, Probe, Soak, endless_queue, figures, targets, told
+from clew.bench.soak import PARTS, Look, Probe, Soak, endless_queue, figures, targets
 from clew.bench.usage import Usage
-from tests.support.logs.logs import GOOD
 
 LOOKS = 30
 
@@ -111,9 +110,3 @@ def test_each_robot_is_killed_once_before_any_is_killed_again() -> None:
     order = list(itertools.islice(targets(5), 15))
     assert [sorted(order[at : at + 5]) for at in (0, 5, 10)] == [[1, 2, 3, 4, 5]] * 3
     assert order[:5] != order[5:10]
-
-
-def test_without_a_verdict_the_launcher_has_the_last_word() -> None:
-    assert told(GOOD, ("ready",)) == GOOD.reason
-    assert told(None, ("ready", "the router is gone")) == "the router is gone"
-    assert told(None, ()) == "it said nothing"

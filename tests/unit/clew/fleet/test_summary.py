@@ -3,7 +3,15 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from clew.fleet.summary import figures_line, main, recovery_lines, rms_line, table_lines, verdict_sentence
+from clew.fleet.summary import (
+    figures_line,
+    recovery_lines,
+    rms_line,
+    summary_of,
+    table_lines,
+    verdict_sentence,
+)
+from protocol.errors import UsageError
 from tests.support.logs.logs import AT_REST, GOOD, PAPER, numbered, recorded
 from world.judge.recovery import Death, Heal, Succession
 from world.scenario.scenario import load
@@ -47,16 +55,15 @@ def run(tmp_path: Path) -> Path:
     return folder
 
 
-def test_last_line_is_the_verdict_and_the_folder(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([str(run)]) == 0
-    last = capsys.readouterr().out.splitlines()[-1]
+def test_last_line_is_the_verdict_and_the_folder(run: Path) -> None:
+    last = summary_of(str(run)).splitlines()[-1]
     assert last.startswith("OK: ")
     assert last.endswith(f"Run: {run}")
 
 
-def test_folder_without_verdict_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([str(tmp_path)]) == 2
-    assert "verdict.json" in capsys.readouterr().err
+def test_folder_without_verdict_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"verdict\.json"):
+        summary_of(str(tmp_path))
 
 
 def test_faults_and_recoveries_are_printed() -> None:

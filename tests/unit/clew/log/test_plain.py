@@ -11,7 +11,7 @@ import pytest
 from rich.console import Console
 
 from agents.process.host import say
-from clew.fleet.summary import main as summary
+from clew.fleet.summary import summary_of
 from clew.fleet.table_picture import picture
 from clew.fleet.table_rows import Scoreboard
 from clew.log.replay import Difference, Replay, Replayed, sentences
@@ -85,10 +85,9 @@ def test_a_replay_cannot_control_a_terminal() -> None:
     assert orders_in("\n".join(said)) == []
 
 
-def test_a_summary_cannot_control_a_terminal(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_summary_cannot_control_a_terminal(run: Path) -> None:
     (run / VERDICT_FILE).write_bytes(msgspec.json.encode(msgspec.structs.replace(GOOD, reason=ORDERS)))
-    assert summary([str(run)]) == 0
-    said = capsys.readouterr().out
+    said = summary_of(str(run))
     assert ESCAPED in said
     assert orders_in(said) == []
 
