@@ -325,12 +325,14 @@ class Arena:
 
     def _watch(self, moves: Moves) -> list[Note]:
         """Rule 3."""
-        if self._monitor.is_calm and self.guard.are_safe(self.bodies, moves):
+        is_safe = self._monitor.is_calm and self.guard.are_safe(self.bodies, moves)
+        if is_safe and not self._monitor.movers.names:
             return []
         starts_m, ends_m = self.bodies.place_m, self.bodies.place_m
         for body, start in moves.starts.items():
             starts_m[body] = start[:2]
-        return [self.note(each) for each in self._monitor.watch(starts_m, ends_m, t_s=self.now_s)]
+        broken = self._monitor.watch(starts_m, ends_m, t_s=self.now_s, is_safe=is_safe)
+        return [self.note(each) for each in broken]
 
     def _order_clearance_m(self, body: int) -> float | None:
         """The least clearance of a hull since its body accepted its order; None without obstacles."""

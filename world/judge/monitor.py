@@ -93,7 +93,13 @@ class Monitor:
         return cls(scenario.ground, scenario.movers, Promises.of(scenario))
 
     def watch(
-        self, starts_m: Floats, ends_m: Floats, *, t_s: float, clear_m: Floats | None = None
+        self,
+        starts_m: Floats,
+        ends_m: Floats,
+        *,
+        t_s: float,
+        clear_m: Floats | None = None,
+        is_safe: bool = False,
     ) -> list[PromiseBroken]:
         """Judge the next moves, up to `t_s`; returns the violations that begin in them.
 
@@ -102,9 +108,13 @@ class Monitor:
             ends_m: likewise.
             t_s: simulated time.
             clear_m: (N,) the `clearance` of these moves, if it is already known.
+            is_safe: whether they certainly break no promise, but maybe that about moving obstacles (rule 2).
         """
         from_s, self._watched_s = self._watched_s, t_s
         moved = (starts_m != ends_m).any(axis=1)
+        if is_safe:
+            self._moved = moved
+            return self._judge_contact(starts_m, ends_m, from_s, t_s)
         first = len(self.clearance_m) == 0
         if first:
             self.clearance_m = np.full(len(starts_m), math.inf)
@@ -139,7 +149,7 @@ class Monitor:
 
     def _watch_calm(self, intervals: Intervals) -> bool:
         """Judge all intervals at once if they break no promise; else do nothing. The result is the same."""
-        if not self.is_calm or len(self.clearance_m) == 0:
+        if not self.is_calm or self.movers.names or len(self.clearance_m) == 0:
             return False
         ends_s, starts_m, ends_m, clear_m = intervals
         moved = (starts_m != ends_m).any(axis=2)
@@ -171,8 +181,8 @@ class Monitor:
 
     @property
     def is_calm(self) -> bool:
-        """Whether moves may be left out that certainly break no promise."""
-        return not self._broken and not self.movers.names
+        """Whether no promise is broken: then moves may be left out that certainly break none."""
+        return not self._broken
 
     def _judge_clearance(self) -> list[PromiseBroken]:
         required_m = self.promises.clearance_m_required
