@@ -8,8 +8,8 @@ Rule 3: what a law of a package or a file prints goes to stderr: stdout is for t
 
 import re
 import sys
-from collections.abc import Callable
-from contextlib import redirect_stdout
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stdout
 from functools import partial, wraps
 from importlib.metadata import EntryPoint, entry_points
 from inspect import signature
@@ -81,6 +81,28 @@ def find(name: str) -> Any:  # noqa: ANN401 - the robots' code knows the type
     if name not in _loaded:
         _loaded[name] = _load(name)
     return _loaded[name]
+
+
+@contextmanager
+def overheard(name: str, hear: Callable[[Any], None]) -> Iterator[None]:
+    """While this lasts, `hear` gets what the law of this name is given, and then the law gets it.
+
+    Raises:
+        UsageError: as `find`.
+    """
+    law, before = find(name), _registered.get(name)
+
+    def asked(seen: Any) -> Any:  # noqa: ANN401 - as of `find`
+        hear(seen)
+        return law(seen)
+
+    _registered[name] = asked
+    try:
+        yield
+    finally:
+        del _registered[name]
+        if before is not None:
+            _registered[name] = before
 
 
 def _load(name: str) -> Any:  # noqa: ANN401 - as of `find`

@@ -52,6 +52,14 @@ class Seen:
     def __post_init__(self) -> None:
         fix(self.remembered, self.walls.starts, self.walls.ends, self.walls.keep_m)
 
+    def __repr__(self) -> str:
+        goal = "no goal" if self.goal is None else "goal ({:.3f}, {:.3f})".format(*self.goal)
+        return (
+            f"<clew.Seen from ({self.position[0]:.3f}, {self.position[1]:.3f}), {goal}: "
+            f"{len(self.ranges_m)} rays, {len(self.hits)} hits, {len(self.obstacles)} obstacles, "
+            f"{self.steps} steps planned before>"
+        )
+
     @property
     def position(self) -> Floats:
         """Where the leader stands (2,)."""

@@ -14,6 +14,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from agents.navigation.law import Seen
 from clew.api.entries import Entry
 from clew.api.faults import Who, names, robot_of
 from clew.api.frames import columns_of, frame_of
@@ -26,6 +27,7 @@ from clew.log.check import Finding, check, scenario_of
 from clew.log.header import robots_of
 from clew.log.journals.messages import Message, messages_of
 from clew.log.journals.process import processes_of
+from clew.log.law_asked import asked_for
 from clew.log.replay import Replay, replay
 from clew.log.timeline import Choice, Timeline, unknown_in
 from clew.page.report import write_report
@@ -147,6 +149,19 @@ class Run:
     def steps(self) -> tuple[Step, ...]:
         """The switching steps that leaders planned, with when and where each began and ended."""
         return story_of(self._reading.lines).all_steps()
+
+    def seen(self, step: int | None = None, *, robot: int | str | None = None) -> Seen:
+        """What the law was given for a switching step, by replay; it, or another law, can be asked with it.
+
+        Args:
+            step: the number of the step; default: what it was given last, as where the route was lost.
+            robot: the leader, `1` or `"r1"`, where several robots have planned a step of this number.
+
+        Raises:
+            UsageError: there is no such step, or several; or its decision cannot be replayed.
+        """
+        leader = None if robot is None else robot_of(robot, self._robots)
+        return asked_for(processes_of(self.folder), self._reading.lines, step=step, robot=leader)
 
     @property
     def poses(self) -> list[Entry]:

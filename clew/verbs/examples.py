@@ -47,6 +47,7 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
     "log why": [
         "log why runs/latest r3:17 --effects",
         'log why runs/latest "$(clew log cat runs/latest --kind leader.succeeded)"',
+        'log why runs/latest "$(clew log cat runs/latest --kind step.planned --step 3)"',
     ],
     "log diff": ["log diff runs/one runs/other"],
     "log export": ["log export runs/latest --to mcap", "log export runs/latest --to csv --out tables"],

@@ -11,8 +11,8 @@ class Link:
     t_s: float
     source: str
     what: str
-    """`entry`, `decision`, `message`, `odometry`, `scan`, `token`, `loss`, `fault`, `draft`, `start`, `end`;
-    forward: `effect` or `note`."""
+    """`entry`, `decision`, `law`, `message`, `odometry`, `scan`, `token`, `loss`, `fault`, `draft`, `start`,
+    `end`; forward: `effect` or `note`."""
     said: str
     input: int = 0
     """Of a decision or an input: the number of the input in the journal of its process, from 1."""

@@ -10,7 +10,8 @@ Rule 4: the way ends at a scan, a liveliness token, the start, the operator, or 
         come; it says so where a journal is missing.
 Rule 5: what no input explains, silence or a place that a robot has not got, is explained as
         `clew.log.journals.explained` says; the way begins there.
-Rule 6: a robot watches all tokens because it coordinates a view: that leads to how it joined the view.
+Rule 6: where a leader has planned a step in a decision, the way names what its law chose that step among.
+Rule 7: a robot watches all tokens because it coordinates a view: that leads to how it joined the view.
 """
 
 from collections.abc import Iterator, Sequence
@@ -27,6 +28,7 @@ from clew.log.journals.explained import Explained
 from clew.log.journals.links import Link
 from clew.log.journals.process import Process, message_in, sender_process
 from clew.log.journals.trials import Cause, Deed, Trials
+from clew.log.law_asked import chosen, given, planned_in
 from clew.log.timeline import kind_of
 from protocol.faults.message_faults import sender_of
 from protocol.fence import Raise, Turn
@@ -80,6 +82,7 @@ class Why:
         links += between
         while deed is not None and len(links) < LINKS_MAX:
             links.append(self._decision(deed))
+            links += self._choice(deed)
             if explained := self._explained.of(deed.process, deed.turn, deed.is_it):
                 links += explained[::-1]
                 break
@@ -155,6 +158,20 @@ class Why:
             heard.now_s, deed.process.name, "decision", deed.said, deed.turn + 1, heard.key, heard.number
         )
 
+    def _choice(self, deed: _Deed) -> Iterator[Link]:
+        """Rule 6: of the decision that planned the step, and that ordered the body to drive it."""
+        plan = planned_in(deed.process, deed.turn)
+        if plan is None or not any(
+            isinstance(each, Order) or each == Note(plan)
+            for each in deed.process.commands(deed.turn)
+            if deed.is_it(each)
+        ):
+            return
+        core = self._trials(deed.process).core_after(deed.turn - 1)
+        if (seen := given(core, deed.process, deed.turn)) is not None:
+            t_s = deed.process.turns[deed.turn].input.now_s
+            yield Link(t_s, deed.process.name, "law", chosen(seen, plan), deed.turn + 1)
+
     def _start(self, process: Process) -> Link:
         first_s = process.turns[0].input.now_s if process.turns else 0.0
         return Link(first_s, process.name, "start", "its start, its mission and the time led to it", 1)
@@ -211,7 +228,7 @@ class Why:
                 return None, []  # a scan, or tokens: the beginning
 
     def _coordinated(self, process: Process, turn: int) -> _Deed | None:
-        """Rule 6: the decision by which a robot began to coordinate, before this turn."""
+        """Rule 7: the decision by which a robot began to coordinate, before this turn."""
         for index in reversed(range(turn)):
             for command in process.commands(index, only=Note):
                 if isinstance(command, Note) and isinstance(joined := command.record, ViewJoined):

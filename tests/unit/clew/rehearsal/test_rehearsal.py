@@ -46,6 +46,20 @@ def test_the_printed_law_reproduces_table_1(seed: int) -> None:
     assert error_m <= 0.035, replay(test_the_printed_law_reproduces_table_1, seed)
 
 
+def test_the_leader_of_table_1_comes_nearest_to_obstacle_1_where_it_ends() -> None:
+    scenario = load("paper")
+    rehearsal = Rehearsal(scenario, 1, PERFECT).run()
+    measured_m = measure(scenario, rehearsal.world.tally.switching_positions)
+    nearest_m, position, obstacle = min(
+        (each_m, row, column)
+        for row, distances_m in enumerate(measured_m, start=1)
+        for column, each_m in enumerate(distances_m, start=1)
+    )
+    assert (position, obstacle) == (11, 1)
+    assert nearest_m == pytest.approx(0.064, abs=0.0005)
+    assert judged(rehearsal).least_clearance.distance_m == pytest.approx(nearest_m, abs=1e-6)
+
+
 @pytest.mark.parametrize("name", ["paper", "grove"])
 def test_with_the_certified_law_the_fleet_arrives_and_breaks_no_invariant(name: str) -> None:
     rehearsal = Rehearsal(load(name, law="certified"), 1, PERFECT).run()

@@ -107,7 +107,7 @@ def test_a_step_was_planned_from_a_scan_and_without_that_it_was_not(
 ) -> None:
     index = first(lines, "r2", "step.planned")
     way = why.way(index)
-    assert told(way) == [("r2", "scan"), ("r2", "decision"), ("r2", "entry")]
+    assert told(way) == [("r2", "scan"), ("r2", "law"), ("r2", "decision"), ("r2", "entry")]
     planner = process(processes, "r2")
 
     def notes(without: int) -> list[Record]:
@@ -121,6 +121,22 @@ def test_a_step_was_planned_from_a_scan_and_without_that_it_was_not(
     assert isinstance(planner.turns[way[0].input - 1].event, ScanHeard)
     assert lines[index][1].record in notes(without=0)
     assert not any(isinstance(each, StepPlanned) for each in notes(without=way[0].input))
+
+
+def test_the_way_to_a_step_names_what_its_law_chose_it_among(why: Why, lines: list[Line]) -> None:
+    index = first(lines, "r1", "step.planned")
+    plan = lines[index][1].record
+    assert isinstance(plan, StepPlanned)
+    said = next(link.said for link in why.way(index) if link.what == "law")
+    assert said.startswith("certified: the goal is ")
+    assert f"; the step goes {plan.length_m:.3f} m at {plan.heading_rad:.3f} rad, where " in said
+    assert f"leaves a cost-to-go of {plan.cost_to_go_m:.3f} m, of " in said
+    order = next(
+        at
+        for at, (_, entry) in enumerate(lines)
+        if isinstance(entry.record, OrderAccepted) and entry.record.step
+    )
+    assert [link.said for link in why.way(order) if link.what == "law"] == [said]
 
 
 def test_every_note_of_a_core_is_found_in_the_decision_that_made_it(
