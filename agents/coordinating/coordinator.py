@@ -61,8 +61,6 @@ class Coordinator:
         self.phase = Phase.GATHERING
         self._reported = Reported(suspicion, now_s)
         self._reports: Mapping[int, Report] = self._reported.counted
-        self._has_news = False
-        """Whether another robot has reported since the draft began."""
         self._draft: Draft | None = None
         self._turns = Turns(epoch, timing, now_s)
         self._telling = Telling(epoch, timing, self._reported, self._questions, self._turns)
@@ -77,7 +75,6 @@ class Coordinator:
             return
         if known is not None and known.life != report.life:
             self._drop(robot)
-        self._has_news = self._has_news or known is None
         self._reported.count(robot, report)
         self._questions.hear(robot, report.look)
 
@@ -99,7 +96,7 @@ class Coordinator:
             commands += self._turns.repeat(now_s)
         elif self.phase is not Phase.FORMED:
             commands += self._go_on(fence, now_s)
-        strand = [] if self._draft is None else self._draft.strand
+        strand = () if self._draft is None else self._draft.strand
         return commands + self._telling.act(odometry, now_s, strand=strand, join=self._join)
 
     # --- phases -------------------------------------------------------------------------------------
@@ -138,9 +135,6 @@ class Coordinator:
         if self._draft is None:
             led = self._agreement.led_in_vain(self._reports)
             self._draft = Draft(self._mission, self._timing, self._agreement.intent.cause, led)
-        if self._has_news:
-            self._has_news = False
-            self._draft.admit()
         self._enter(Phase.LOOKING)
         if self._mission.goal is None:
             self._draft.forget_order()
@@ -166,7 +160,7 @@ class Coordinator:
         draft = self._drafting
         if fence.may is May.ONE and not self._has_ended(fence, now_s):
             return []
-        if self._has_news and self.phase is Phase.TURNING:
+        if self.phase is Phase.TURNING and self._reports.keys() - {*draft.order}:  # another one has reported
             self._enter(Phase.GATHERING)
         if self.phase is Phase.GATHERING or self._reported.owes_place(self._robot, self._turns):
             return self._take_back(fence, now_s)

@@ -29,7 +29,7 @@ class Drafted:
 
 def drafted(robots: int, draft: Draft | None, plan: Plan | None, reported: Reported, now_s: float) -> Drafted:
     """What a coordinator has drafted; once the formation is made, that."""
-    in_place = plan.order if plan is not None else () if draft is None else tuple(draft.strand)
+    in_place = plan.order if plan is not None else () if draft is None else draft.strand
     others = (each for each in range(1, robots + 1) if each not in in_place)
     why = {each: _reason_of(each, reported, draft, now_s) for each in others}
     return Drafted(() if draft is None else draft.order, in_place, why)

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 import pytest
-from msgspec.structs import replace
 
 from agents.coordinating.draft import Draft, NoTurn
 from agents.liveness.timing import Timing
@@ -64,17 +63,17 @@ def test_who_has_the_turn_is_told_which_robots_stand_where_and_not_only_how_many
 
 @pytest.mark.parametrize(
     ("clear", "strand"),
-    [((2, 3, 4), [1, 2, 3, 4]), ((2, 3), [1, 2, 3]), ((2, 4), [1, 2]), ((3, 4), [1]), ((), [1])],
+    [((2, 3, 4), (1, 2, 3, 4)), ((2, 3), (1, 2, 3)), ((2, 4), (1, 2)), ((3, 4), (1,)), ((), (1,))],
 )
 def test_in_place_are_those_up_to_the_first_leg_that_is_not_clear(
-    clear: tuple[int, ...], strand: list[int]
+    clear: tuple[int, ...], strand: tuple[int, ...]
 ) -> None:
     assert settled(drafted(), reports(QUEUE), *clear).strand == strand
 
 
 def test_in_place_are_those_up_to_the_first_that_folds_back() -> None:
     folded = reports({1: (3.0, 0.0), 2: (2.0, 0.0), 3: (1.99, 0.5), 4: (3.0, 0.1)})
-    assert settled(drafted(), folded, 2, 3, 4).strand != [1, 2, 3, 4]
+    assert settled(drafted(), folded, 2, 3, 4).strand != (1, 2, 3, 4)
 
 
 def hairpin(apart_m: float, *, front_m: float = 0.0) -> Places:
@@ -84,25 +83,25 @@ def hairpin(apart_m: float, *, front_m: float = 0.0) -> Places:
 
 def test_robots_whose_legs_were_driven_stay_in_place_though_the_strand_folds_back_by_the_tolerance() -> None:
     there = reports(hairpin(NEAREST_M + 0.001), BEFORE, 1, 2, 3, 4)
-    assert settled(drafted(), there, 2, 3, 4).strand == [1, 2]
-    assert settled(drafted(), there, driven=(2, 3, 4)).strand == [1, 2, 3, 4]
+    assert settled(drafted(), there, 2, 3, 4).strand == (1, 2)
+    assert settled(drafted(), there, driven=(2, 3, 4)).strand == (1, 2, 3, 4)
 
 
 def test_driven_legs_of_several_strands_that_fold_back_further_are_no_strand() -> None:
     there = reports(hairpin(NEAREST_M - 0.001), BEFORE, 1, 2, 3, 4)
-    assert settled(drafted(), there, driven=(2, 3, 4)).strand == [1, 2]
+    assert settled(drafted(), there, driven=(2, 3, 4)).strand == (1, 2)
 
 
 def test_a_robot_that_has_led_leads_again_over_driven_legs_though_the_strand_folds_back() -> None:
     there = reports(hairpin(NEAREST_M + 0.001, front_m=0.6), BEFORE, 2, 3, 4)
-    assert settled(drafted(), there, driven=(2, 3, 4)).strand == [1, 2, 3, 4]
+    assert settled(drafted(), there, driven=(2, 3, 4)).strand == (1, 2, 3, 4)
 
 
 def test_a_robot_that_came_to_a_place_by_a_turn_is_in_place_behind_those() -> None:
     draft = settled(drafted(), reports(QUEUE), 2)
     draft.end_turn(4, placed=True)
     draft.end_turn(3, placed=True)
-    assert draft.strand == [1, 2, 4, 3]
+    assert draft.strand == (1, 2, 4, 3)
 
 
 def test_places_in_the_newest_strand_or_draft_count_and_older_ones_do_not() -> None:
@@ -124,7 +123,7 @@ def test_where_a_strand_has_dissolved_no_places_count() -> None:
 
 def test_a_robot_in_front_leads_those_that_have_stayed_only_if_nobody_has_to_move_for_that() -> None:
     there = reports(QUEUE, BEFORE, 2, 3)
-    assert settled(drafted(), there, 2, 3, 4, driven=(3,)).strand == [1, 2, 3, 4]
+    assert settled(drafted(), there, 2, 3, 4, driven=(3,)).strand == (1, 2, 3, 4)
     draft = drafted()
     draft.begin(there, {})
     assert draft.order[:3] == (1, 2, 3)
@@ -139,10 +138,9 @@ def test_robots_in_place_stay_so_until_another_order_is_settled() -> None:
     draft.end_turn(4, placed=True)
     draft.end_turn(3, placed=True)
     there |= reports({5: (4.0, 0.0)})
-    draft.admit()
     draft.begin(there, {})
     assert draft.order[0] == 5
-    assert draft.strand == [1, 2, 4, 3], "what robots are told while they look"
+    assert draft.strand == (1, 2, 4, 3), "what robots are told while they look"
     assert not draft.settle(there, sees(3, 4, 2)), "robot 1 does not see its way to robot 5"
     draft.begin(there, {})
     assert draft.order == (1, 2, 4, 3, 5)
@@ -163,7 +161,6 @@ def test_a_draft_that_begins_again_with_the_same_strand_repeats_no_turn_that_was
     there, draft = reports(QUEUE), drafted()
     settled(draft, there, 2)
     draft.end_turn(3, placed=False)
-    draft.admit()
     settled(draft, there, 2)
     assert draft.next(there, 0.0, others_may_come_back=False) == 4
     settled(draft, there)
@@ -237,13 +234,13 @@ def test_those_in_place_go_on_at_once_if_nobody_is_nearer_to_the_goal(in_place: 
     there = reports(QUEUE)
     draft = in_vain(settled(drafted(), there, *in_place), *(set(QUEUE) - {1, *in_place}))
     assert draft.next(there, 0.0, others_may_come_back=False) == NoTurn.DONE
-    assert draft.strand == [1, *in_place]
+    assert draft.strand == (1, *in_place)
 
 
 def test_one_that_has_led_in_vain_does_not_count_though_it_stands_nearer_to_the_goal() -> None:
     there = reports(QUEUE)
     draft = settled(drafted(cause=Cause.NO_WAY, led=(1,)), there)
-    assert draft.strand == [2]
+    assert draft.strand == (2,)
     while (following := draft.next(there, 0.0, others_may_come_back=False)) is not NoTurn.DONE:
         if isinstance(following, int):
             draft.end_turn(following, placed=following != 1)
@@ -276,54 +273,4 @@ def test_a_strand_goes_on_as_it_was_if_a_robot_that_asks_to_be_let_in_finds_no_w
     assert draft.next(there, 0.0, others_may_come_back=True) == 4
     draft.end_turn(4, placed=False)
     assert draft.next(there, 0.0, others_may_come_back=True) == NoTurn.DONE
-    assert draft.strand == [1, 2, 3]
-
-
-# --- rule 6: making room --------------------------------------------------------------------------------
-
-
-def at_the_goal(there: Reports, leader: int) -> Reports:
-    return {**there, leader: replace(there[leader], arrived=True)}
-
-
-def test_where_the_leader_has_arrived_a_robot_without_a_way_may_come_before_the_last_in_place() -> None:
-    there = at_the_goal(reports(QUEUE), 1)
-    draft = in_vain(settled(drafted(), there, 2, 3), 4)
-    assert draft.next(there, 0.0, others_may_come_back=False) == 4
-    assert (draft.front, draft.strand) == ([1, 2], [1, 2, 3])
-    draft.end_turn(4, placed=True)
-    assert (draft.strand, draft.front) == ([1, 2, 4], [1, 2, 4])
-    assert draft.next(there, 0.0, others_may_come_back=False) == 3
-    draft.end_turn(3, placed=True)
-    assert draft.next(there, 0.0, others_may_come_back=False) == NoTurn.DONE
-    assert draft.strand == [1, 2, 4, 3]
-
-
-def test_the_last_in_place_keeps_its_place_and_its_leg_where_nobody_comes_before_it() -> None:
-    there = at_the_goal(reports(QUEUE, BEFORE, 1, 2, 3), 1)
-    draft = in_vain(settled(drafted(), there, driven=(2, 3)), 4)
-    assert draft.next(there, 0.0, others_may_come_back=False) == 4
-    draft.end_turn(4, placed=False)
-    assert draft.next(there, 0.0, others_may_come_back=False) == NoTurn.DONE
-    assert (draft.strand, set(draft.legs)) == ([1, 2, 3], {2, 3})
-
-
-def test_room_is_made_once_where_no_more_robots_come_in_place_by_it() -> None:
-    there = at_the_goal(reports(QUEUE), 1)
-    draft = in_vain(settled(drafted(), there, 2), 3, 4)
-    turns: list[int] = []
-    while isinstance(following := draft.next(there, 0.0, others_may_come_back=False), int):
-        turns.append(following)
-        draft.end_turn(following, placed=draft.front == [1])
-    assert following == NoTurn.DONE
-    assert turns == [4, 3, 2]
-    assert draft.strand == [1, 4]
-
-
-@pytest.mark.parametrize("in_place", [(), (2, 3)])
-def test_a_leader_on_its_way_and_one_that_stands_alone_let_nobody_come_between(
-    in_place: tuple[int, ...],
-) -> None:
-    there = reports(QUEUE) if in_place else at_the_goal(reports(QUEUE), 1)
-    draft = in_vain(settled(drafted(), there, *in_place), *(set(QUEUE) - {1, *in_place}))
-    assert draft.next(there, 0.0, others_may_come_back=False) == NoTurn.DONE
+    assert draft.strand == (1, 2, 3)
