@@ -13,7 +13,7 @@ Rule 2: the turn goes to the nearest robot that is not in place and has not had 
 Rule 3: if no robot finds a way, and another one that has not led in vain is nearer to the goal than the
         leader, that one leads. Else those in place go on: then the others may find a way.
 Rule 4: robots that are left out and were there lately may stand in the way, and may come back. So the draft
-        waits for them before that, once.
+        waits for them before that.
 Rule 5: where a robot that asks a strand on its way to let it in finds no way, the strand goes on as it was.
 """
 
@@ -34,7 +34,6 @@ from agents.coordinating.order import (
     positions,
 )
 from agents.coordinating.questions import points
-from agents.liveness.timing import Timing
 from protocol.fence import Cause
 from protocol.frames import Point
 from protocol.mission import Mission
@@ -58,7 +57,6 @@ class Draft:
     """One coordinator's draft."""
 
     mission: Mission
-    timing: Timing
     cause: Cause
     """Why there is a view."""
     led: tuple[int, ...] = ()
@@ -75,8 +73,6 @@ class Draft:
     """With others before those that stayed, one of which would have to move for that."""
     _turns_in_vain: list[tuple[int, Order]] = field(default_factory=list)
     """Each robot, and the strand behind which it found no way: under this leader, oldest first."""
-    _stuck_at_s: float | None = None
-    """When nobody found a way for the first time in this view: others are waited for once."""
 
     @property
     def keeps(self) -> bool:
@@ -88,10 +84,16 @@ class Draft:
         """The robots that have had a turn in vain behind this very strand."""
         return {robot for robot, behind in self._turns_in_vain if behind == self.strand}
 
-    def begin(self, reports: Reports, obstacle_m: Mapping[int, float]) -> None:
-        """Compute the order of those that have reported; who is in place is known when they have looked."""
+    def begin(self, reports: Reports, obstacle_m: Mapping[int, float], led: tuple[int, ...]) -> None:
+        """Compute the order of those that have reported; who is in place is known when they have looked.
+
+        Args:
+            reports: of the view.
+            obstacle_m: without a goal, each robot's distance from the nearest obstacle.
+            led: the robots that led in vain before this view.
+        """
         places, goal = places_of(reports), self.mission.goal
-        self._stayed = self.strand
+        self.led, self._stayed = self.led or led, self.strand
         if not self.strand and self.keeps and not self.led:
             self._stayed = former_order(reports)
         if self._stayed:
@@ -144,7 +146,7 @@ class Draft:
         else:
             self._turns_in_vain.append((robot, self.strand))
 
-    def next(self, reports: Reports, now_s: float, *, others_may_come_back: bool) -> int | NoTurn:
+    def next(self, reports: Reports, *, others_may_come_back: bool) -> int | NoTurn:
         """The robot that gets the turn (rules 2 to 5)."""
         waiting, leader = reports.keys() - {*self.strand}, self.strand[0]
         if free := sorted(waiting - self.tried):
@@ -153,8 +155,7 @@ class Draft:
         goes_on = self.cause is Cause.PLEA and not reports[leader].arrived and is_as_it_was
         if not waiting or goes_on:
             return NoTurn.DONE
-        self._stuck_at_s = now_s if self._stuck_at_s is None else self._stuck_at_s
-        if others_may_come_back and now_s - self._stuck_at_s < self.timing.comes_back_s:
+        if others_may_come_back:
             return NoTurn.WAIT
         goal = self.mission.goal
         if goal is None or other_order(places_of(reports), self.led, goal)[0] == leader:

@@ -71,12 +71,10 @@ class Questions:
         asked = self._asked.get(robot)
         return None if asked is None or robot in self.looks else asked.question
 
-    def are_answered(self, now_s: float) -> bool:
-        """Whether all have been answered, or waited for long enough (rule 2)."""
-        return all(
-            robot in self.looks or now_s - asked.since_s > self.timing.looks_s
-            for robot, asked in self._asked.items()
-        )
+    def awaited(self, now_s: float) -> set[int]:
+        """The robots that have not answered, and have not been waited for long enough (rule 2)."""
+        unanswered = self._asked.keys() - self.looks.keys()
+        return {robot for robot in unanswered if now_s - self._asked[robot].since_s <= self.timing.looks_s}
 
     def sees(self, robot: int) -> Look:
         """What a robot sees; nothing, if it has not answered."""

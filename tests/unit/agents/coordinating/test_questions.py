@@ -51,12 +51,12 @@ def test_an_answer_counts_if_it_is_to_the_newest_question() -> None:
 def test_all_are_answered_when_each_has_or_was_waited_for_long_enough() -> None:
     questions = asked()
     for robot in (2, 3):
-        assert not questions.are_answered(TIMING.looks_s)
+        assert questions.awaited(TIMING.looks_s)
         question = questions.pending(robot)
         assert question is not None
         questions.hear(robot, Look(number=question.number, clear=True))
-    assert questions.are_answered(0.0)
-    assert asked().are_answered(TIMING.looks_s + 0.1)
+    assert not questions.awaited(0.0)
+    assert not asked().awaited(TIMING.looks_s + 0.1)
     assert not asked().sees(2).clear, "a robot that does not answer does not see its way"
 
 
@@ -67,11 +67,11 @@ def test_a_robot_that_owes_an_answer_is_not_waited_for_anew_when_its_question_ch
     late_s = TIMING.looks_s + 0.1
     questions.hear(3, Look(number=question.number, clear=True))
     assert set(questions.ask_about_legs((1, 3, 2), QUEUE, late_s, turn=0, keeps=True)) == {2, 3}
-    assert not questions.are_answered(late_s), "the one that had answered has all its time"
+    assert questions.awaited(late_s), "the one that had answered has all its time"
     question = questions.pending(3)
     assert question is not None
     questions.hear(3, Look(number=question.number, clear=True))
-    assert questions.are_answered(late_s), "the other one has had its time"
+    assert not questions.awaited(late_s), "the other one has had its time"
 
 
 def test_the_same_question_is_not_asked_again_while_both_stand_where_they_stood() -> None:
@@ -127,10 +127,10 @@ def test_without_a_goal_all_are_asked_how_far_off_the_nearest_obstacle_is() -> N
 def test_a_robot_that_is_dropped_is_not_waited_for() -> None:
     questions = asked()
     questions.ask_about_legs((1,), {1: QUEUE[1]}, 1.0, turn=0, keeps=True)
-    assert questions.are_answered(1.0)
+    assert not questions.awaited(1.0)
     questions.ask_about_obstacles(QUEUE, 2.0, turn=0)
     assert questions.ask_about_obstacles({}, 3.0, turn=0) == []
-    assert questions.are_answered(3.0)
+    assert not questions.awaited(3.0)
 
 
 def test_no_more_robots_are_named_than_a_question_holds() -> None:

@@ -27,7 +27,7 @@ def report(robot: int) -> Report:
 
 def told(had_turn: set[int], *, is_made: bool) -> dict[int, Answer]:
     """The answers when all have reported; robots 1 and 2 are in the formation, once it is made."""
-    reported, turns = Reported(Suspicion(TIMING), 0.0), Turns(EPOCH, TIMING, 0.0)
+    reported, turns = Reported(Suspicion(TIMING), 3, 0.0), Turns(EPOCH, TIMING, 0.0)
     for robot in (*PLACED, OTHER):
         reported.hear(robot, report(robot), 0.0, closed=False)
         reported.count(robot, report(robot))
@@ -41,7 +41,7 @@ def told(had_turn: set[int], *, is_made: bool) -> dict[int, Answer]:
     odometry = Odometry(
         n=1, t_s=0.0, pose=report(1).place, moving=False, finished=0, fence=Fence(), phase=Phase.RUNNING
     )
-    said = telling.act(odometry, 0.0, strand=PLACED, join=None)
+    said = telling.act(odometry, 0.0, strand=PLACED, join=None, map_from=None)
     answers = {each.robot: each.said for each in said if isinstance(each, Say)}
     assert telling.stranded == {robot for robot, each in answers.items() if _is_told_so(each)}
     return {robot: each for robot, each in answers.items() if isinstance(each, Answer)}
