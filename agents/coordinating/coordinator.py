@@ -118,10 +118,11 @@ class Coordinator:
             case Phase.TURNING:
                 return {self._turns.holder} if self._turns.holder else self._may_come_back(now_s)
             case Phase.CLOSING:
-                robot, is_late = self._map_from, now_s - self._since_s > self._timing.looks_s
-                owes_map = robot is not None and self._reports[robot].seen is None and not is_late
-                old = self._reported.old(self._draft.strand, self._turns)
-                return old | {robot} if owes_map else old
+                old, robot = self._reported.old(self._draft.strand, self._turns), self._map_from
+                is_late = now_s - self._since_s > self._timing.looks_s
+                if robot is not None and self._reports[robot].seen is None and not is_late:
+                    return old | {robot}
+                return old
             case Phase.FORMED:
                 return frozenset()
 
@@ -152,31 +153,22 @@ class Coordinator:
             if plan is not None:
                 self._enter(Phase.CLOSING, now_s)
                 return self._make(plan, fence, now_s)
-            self._begin(now_s)
+            self._enter(Phase.LOOKING, now_s)
+            self._look({}, now_s)
         if self.phase is Phase.LOOKING and not self._awaited(now_s):
             if self._draft.order and self._draft.settle(self._reports, self._questions.sees):
                 self._enter(Phase.TURNING, now_s)
             else:
-                self._look_at_legs(now_s)
+                self._look(self._questions.obstacle_m(self._reports), now_s)
         commands = self._take_turns(fence, now_s) if self.phase is Phase.TURNING else []
         closes = self.phase is Phase.CLOSING and fence.may is not May.ONE and not self._awaited(now_s)
         return commands + (self._close(fence, now_s) if closes else [])
 
-    def _begin(self, now_s: float) -> None:
-        """Begin a draft, or begin it again with those that are in place."""
-        self._enter(Phase.LOOKING, now_s)
-        if self._mission.goal is None:
-            self._draft.forget_order()
-            turn = self._turns.number
-            self._reported.ask(self._questions.ask_about_obstacles(self._reports, now_s, turn=turn))
-        else:
-            self._look_at_legs(now_s)
-
-    def _look_at_legs(self, now_s: float) -> None:
-        """Try an order: robots look at their legs."""
+    def _look(self, obstacle_m: Mapping[int, float], now_s: float) -> None:
+        """Robots look at the legs of the next order; without a goal, first at what is near them."""
         draft, reports, turn = self._draft, self._reports, self._turns.number
-        draft.begin(reports, self._questions.obstacle_m(reports), self._agreement.led_in_vain(reports))
-        asked = self._questions.ask_about_legs(draft.order, reports, now_s, turn=turn, keeps=draft.keeps)
+        draft.begin(reports, obstacle_m, self._agreement.led_in_vain(reports))
+        asked = self._questions.ask(draft.order, reports, now_s, turn=turn, keeps=draft.keeps)
         self._reported.ask(asked)
 
     # --- turns --------------------------------------------------------------------------------------

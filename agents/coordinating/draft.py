@@ -89,14 +89,17 @@ class Draft:
 
         Args:
             reports: of the view.
-            obstacle_m: without a goal, each robot's distance from the nearest obstacle.
+            obstacle_m: without a goal, each robot's distance from the nearest obstacle; empty: there is no
+                order before they have looked around.
             led: the robots that led in vain before this view.
         """
         places, goal = places_of(reports), self.mission.goal
         self.led, self._stayed = self.led or led, self.strand
         if not self.strand and self.keeps and not self.led:
             self._stayed = former_order(reports)
-        if self._stayed:
+        if goal is None and not obstacle_m:
+            self.order = ()
+        elif self._stayed:
             self.order = kept_order(places, self._stayed, in_front(places, self._stayed, goal))
             if self.order in self._orders_in_vain:
                 self.order = kept_order(places, self._stayed, ())
@@ -104,10 +107,6 @@ class Draft:
             self.order = other_order(places, self.led, goal)
         else:
             self.order = order_at_start(places, goal, obstacle_m)
-
-    def forget_order(self) -> None:
-        """The order is to be computed anew, when robots have looked around."""
-        self.order = ()
 
     def settle(self, reports: Reports, sees: Callable[[int], Look]) -> bool:
         """Rule 1, from what robots see of their legs; False: the order needs somebody to move in front."""

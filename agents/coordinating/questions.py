@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from agents.coordinating.order import positions
+from agents.coordinating.order import places_of, positions
 from agents.liveness.timing import Timing
 from protocol.frames import Point, Pose
 from protocol.mission import Mission
@@ -42,23 +42,44 @@ class Questions:
     _asked: dict[int, _Asked] = field(default_factory=dict)
     _count: int = 0
 
-    def ask_about_obstacles(self, reports: Mapping[int, Report], now_s: float, *, turn: int) -> list[int]:
-        """Ask all robots how far off the nearest obstacle is; returns the robots that have a new question."""
-        return self._ask(dict.fromkeys(reports), reports, now_s, turn=turn, keeps=False)
-
-    def ask_about_legs(
+    def ask(
         self, order: Sequence[int], reports: Mapping[int, Report], now_s: float, *, turn: int, keeps: bool
     ) -> list[int]:
-        """Ask all but the leader to look at their legs; returns the robots that have a new question.
+        """Ask all robots but the leader to look at their legs; returns the robots that have a new question.
 
         Args:
-            order: leader first.
+            order: leader first; empty: all are to look how far off the nearest obstacle is.
             reports: of the view.
             now_s: the time.
             turn: the newest turn that has been put.
             keeps: whether robots may tell legs of former strands.
         """
-        return self._ask(dict(zip(order[1:], order, strict=False)), reports, now_s, turn=turn, keeps=keeps)
+        legs = zip(order[1:], order, strict=False)
+        ahead_of: dict[int, int | None] = {**dict(legs)} if order else {**dict.fromkeys(reports)}
+        where, new = positions(places_of(reports), list(reports)), list[int]()
+        self._forget(self._asked.keys() - ahead_of.keys())
+        for robot, ahead in ahead_of.items():
+            theirs, at = None if ahead is None else reports[ahead], reports[robot].place
+            place = None if theirs is None else theirs.place
+            asked = self._asked.get(robot)
+            if (
+                asked is not None
+                and (asked.at, asked.question.place) == (at, place)
+                and (asked.turn == turn or self.sees(robot).driven)
+            ):
+                continue  # rule 1
+            self._count += 1
+            question = Question(
+                number=self._count,
+                place=place,
+                formers=theirs.formers if theirs is not None and keeps else (),
+                others=self._beside(at, where),
+            )
+            since_s = now_s if asked is None or robot in self.looks else asked.since_s  # rule 2
+            self._forget({robot})
+            self._asked[robot] = _Asked(question, at, since_s, turn)
+            new.append(robot)
+        return new
 
     def hear(self, robot: int, look: Look | None) -> None:
         """Take in an answer."""
@@ -90,42 +111,6 @@ class Questions:
         for robot in list(robots):
             self._asked.pop(robot, None)
             self.looks.pop(robot, None)
-
-    def _ask(
-        self,
-        legs: Mapping[int, int | None],
-        reports: Mapping[int, Report],
-        now_s: float,
-        *,
-        turn: int,
-        keeps: bool,
-    ) -> list[int]:
-        robots = list(reports)
-        where = positions({robot: report.place for robot, report in reports.items()}, robots)
-        new: list[int] = []
-        self._forget(self._asked.keys() - legs.keys())
-        for robot, ahead in legs.items():
-            theirs, at = None if ahead is None else reports[ahead], reports[robot].place
-            place = None if theirs is None else theirs.place
-            asked = self._asked.get(robot)
-            if (
-                asked is not None
-                and (asked.at, asked.question.place) == (at, place)
-                and (asked.turn == turn or self.sees(robot).driven)
-            ):
-                continue  # rule 1
-            self._count += 1
-            question = Question(
-                number=self._count,
-                place=place,
-                formers=theirs.formers if theirs is not None and keeps else (),
-                others=self._beside(at, where),
-            )
-            since_s = now_s if asked is None or robot in self.looks else asked.since_s  # rule 2
-            self._forget({robot})
-            self._asked[robot] = _Asked(question, at, since_s, turn)
-            new.append(robot)
-        return new
 
     def _beside(self, at: Pose, where: np.ndarray) -> tuple[Point, ...]:
         """Where the nearest other robots stand that a scan from there may show."""
