@@ -18,7 +18,7 @@ from collections.abc import Mapping, Set
 from agents.commands import Command, Note
 from agents.coordinating.agreeing import Agreement, Intent, newest_map
 from agents.coordinating.draft import Draft, NoTurn
-from agents.coordinating.drafted import Drafted, drafted
+from agents.coordinating.drafted import Drafted, left_out
 from agents.coordinating.formation import Plan
 from agents.coordinating.phases import PHASES, Phase
 from agents.coordinating.questions import Questions
@@ -64,7 +64,7 @@ class Coordinator:
         self._reports: Mapping[int, Report] = self._reported.counted
         self._draft = Draft(mission, intent.cause)
         self._turns = Turns(epoch, timing, now_s)
-        self._telling = Telling(epoch, timing, self._reported, self._questions, self._turns)
+        self._telling = Telling(epoch, timing, self._reported, self._questions, self._turns, self._draft)
         self._join: Join | None = None
         self._no_room: set[int] = set()
         """Who had no turn, since no message can say where the strand ends."""
@@ -86,8 +86,10 @@ class Coordinator:
 
     def drafted(self, now_s: float) -> Drafted:
         """What it has drafted; once the formation is made, that."""
-        plan, awaited = self._telling.plan, self._awaited(now_s)
-        return drafted(self._draft, plan, self._reported, now_s, awaited=awaited, since_s=self._since_s)
+        plan, draft = self._telling.plan, self._draft
+        in_place = draft.strand if plan is None else plan.order
+        why = left_out(in_place, draft, self._reported, now_s)
+        return Drafted(draft.order, in_place, why, self._awaited(now_s), self._since_s)
 
     def act(self, odometry: Odometry, now_s: float) -> list[Command]:
         """What is to be done now."""
@@ -98,8 +100,7 @@ class Coordinator:
             commands += self._turns.repeat(now_s)
         elif self.phase is not Phase.FORMED:
             commands += self._go_on(fence, now_s)
-        strand, join, map_from = self._draft.strand, self._join, self._map_from
-        return commands + self._telling.act(odometry, now_s, strand=strand, join=join, map_from=map_from)
+        return commands + self._telling.act(odometry, now_s, join=self._join, map_from=self._map_from)
 
     # --- phases -------------------------------------------------------------------------------------
 

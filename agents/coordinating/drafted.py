@@ -4,11 +4,10 @@ Rule 1: a robot has a place in the draft if it is in place. Of every other robot
         told: the first that holds, in the order of the function.
 """
 
-from collections.abc import Mapping, Set
+from collections.abc import Collection, Mapping, Set
 from dataclasses import dataclass
 
 from agents.coordinating.draft import Draft
-from agents.coordinating.formation import Plan
 from agents.coordinating.reported import Reported
 
 UNREPORTED = "it has not reported"
@@ -31,24 +30,13 @@ class Drafted:
     """Since when it is in that."""
 
 
-def drafted(
-    draft: Draft,
-    plan: Plan | None,
-    reported: Reported,
-    now_s: float,
-    *,
-    awaited: Set[int],
-    since_s: float,
-) -> Drafted:
-    """What a coordinator has drafted; once the formation is made, that."""
-    in_place = draft.strand if plan is None else plan.order
+def left_out(in_place: Collection[int], draft: Draft, reported: Reported, now_s: float) -> dict[int, str]:
+    """Why each robot that is not in place is not."""
     others = (each for each in range(1, reported.robots + 1) if each not in in_place)
-    why = {each: _reason_of(each, reported, draft, now_s) for each in others}
-    return Drafted(draft.order, in_place, why, awaited, since_s)
+    return {each: _reason_of(each, draft, reported, now_s) for each in others}
 
 
-def _reason_of(robot: int, reported: Reported, draft: Draft, now_s: float) -> str:
-    """Why a robot that is not in place is not."""
+def _reason_of(robot: int, draft: Draft, reported: Reported, now_s: float) -> str:
     suspicion, presence = reported.suspicion, reported.suspicion.presence
     if robot in reported.counted:
         if robot not in draft.tried:

@@ -6,10 +6,10 @@ Rule 2 (liveness): it does not wait for reports to answer, but repeats its news:
         robot tells a newer place; that a map is wanted until it comes; the formation for a short time.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from agents.commands import Command, Say
+from agents.coordinating.draft import Draft
 from agents.coordinating.formation import Plan
 from agents.coordinating.questions import Questions
 from agents.coordinating.reported import Reported
@@ -32,6 +32,7 @@ class Telling:
     reported: Reported
     questions: Questions
     turns: Turns
+    draft: Draft
     plan: Plan | None = None
     """The formation, once it is made."""
     stranded: frozenset[int] = frozenset()
@@ -48,20 +49,13 @@ class Telling:
         return [Say(robot, piece) for robot in plan.order for piece in plan.pieces(robot)]
 
     def act(
-        self,
-        odometry: Odometry,
-        now_s: float,
-        *,
-        strand: Sequence[int],
-        join: Join | None,
-        map_from: int | None,
+        self, odometry: Odometry, now_s: float, *, join: Join | None, map_from: int | None
     ) -> list[Command]:
         """Answer all reports, and repeat news if it is time.
 
         Args:
             odometry: the coordinator's newest.
             now_s: the time.
-            strand: who is in place in the draft, leader first.
             join: what the robot that has the turn is to know.
             map_from: the robot that is to tell its map.
         """
@@ -74,8 +68,7 @@ class Telling:
             if self.plan is not None and self.plan.lives.get(robot) == report.life:
                 commands += [Say(robot, piece) for piece in self.plan.pieces(robot)]
             else:
-                rank = strand.index(robot) if robot in strand else None
-                answer = self._answer(robot, report, rank=rank, join=join, wants_map=robot == map_from)
+                answer = self._answer(robot, report, join=join, wants_map=robot == map_from)
                 commands.append(Say(robot, answer))
         return commands
 
@@ -90,10 +83,8 @@ class Telling:
             news |= {odometry.fence.robot} & counted.keys()
         return news if map_from is None or counted[map_from].seen is not None else news | {map_from}
 
-    def _answer(
-        self, robot: int, report: Report, *, rank: int | None, join: Join | None, wants_map: bool
-    ) -> Answer:
-        has_turn = self.turns.holder == robot
+    def _answer(self, robot: int, report: Report, *, join: Join | None, wants_map: bool) -> Answer:
+        has_turn, strand = self.turns.holder == robot, self.draft.strand
         return Answer(
             epoch=self.epoch,
             life=report.life,
@@ -103,6 +94,6 @@ class Telling:
             stranded=robot in self.stranded,
             question=None if has_turn else self.questions.pending(robot),  # a message has room for one
             join=join if has_turn else None,
-            rank=rank,
+            rank=strand.index(robot) if robot in strand else None,
             wants_map=wants_map,
         )
