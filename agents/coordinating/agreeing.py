@@ -129,7 +129,7 @@ class Agreement:
         turn: int,
         back_by_m: float = 0.0,
     ) -> Plan:
-        newest = newest_map(reports)
+        newest = reports[newest_map(reports)]
         return Plan(
             epoch=self.epoch,
             turn=turn,
@@ -149,9 +149,9 @@ class Agreement:
         )
 
 
-def newest_map(reports: Reports) -> Report:
-    """The report of a robot that has the newest map; one that tells it, if there is one."""
-    return max(reports.values(), key=lambda report: (report.map_number, report.seen is not None))
+def newest_map(reports: Reports) -> int:
+    """A robot that has the newest map; one that has told it, if there is one."""
+    return max(reports, key=lambda robot: (reports[robot].map_number, reports[robot].seen is not None))
 
 
 def _locked_in(counters: Counters, reports: Reports, ended: Epoch) -> Counters:

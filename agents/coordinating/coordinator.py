@@ -10,15 +10,15 @@ Rule 3: a robot that is lost before that, or reports in another life, is dropped
         of its leg may show where another robot stood before its turn. Of two lives that have told the same
         turn nobody knows which is the older one, so the newest report may be late, and tell such a place.
 Rule 4: what no message can tell has no place in the formation: robots without a place are told so.
-Rule 5: it goes by phases (`agents.coordinating.phases`).
+Rule 5: it goes by phases (`agents.coordinating.phases`). It goes on when it waits for no robot any more.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 
 from agents.commands import Command, Note
-from agents.coordinating.agreeing import Agreement, Intent
+from agents.coordinating.agreeing import Agreement, Intent, newest_map
 from agents.coordinating.draft import Draft, NoTurn
-from agents.coordinating.drafted import Drafted, drafted
+from agents.coordinating.drafted import Drafted, left_out
 from agents.coordinating.formation import Plan
 from agents.coordinating.phases import PHASES, Phase
 from agents.coordinating.questions import Questions
@@ -51,21 +51,20 @@ class Coordinator:
         now_s: float,
     ) -> None:
         self._robot = robot
-        self._epoch = epoch
         self._mission = mission
         self._timing = timing
         self._suspicion = suspicion
         self._agreement = Agreement(robot, epoch, intent, mission.goal is None, mission.path_bounds)
         self._began_s = now_s
-        self._questions = Questions(mission, timing)
         self.phase = Phase.GATHERING
-        self._reported = Reported(suspicion, now_s)
+        self._since_s = now_s
+        """Since when it is in its phase."""
+        self._questions = Questions(mission, timing)
+        self._reported = Reported(suspicion, mission.robots, now_s)
         self._reports: Mapping[int, Report] = self._reported.counted
-        self._has_news = False
-        """Whether another robot has reported since the draft began."""
-        self._draft: Draft | None = None
+        self._draft = Draft(mission, intent.cause)
         self._turns = Turns(epoch, timing, now_s)
-        self._telling = Telling(epoch, timing, self._reported, self._questions, self._turns)
+        self._telling = Telling(epoch, timing, self._reported, self._questions, self._turns, self._draft)
         self._join: Join | None = None
         self._no_room: set[int] = set()
         """Who had no turn, since no message can say where the strand ends."""
@@ -76,8 +75,7 @@ class Coordinator:
         if not self._reported.hear(robot, report, now_s, closed=self.phase is Phase.FORMED):
             return
         if known is not None and known.life != report.life:
-            self._drop(robot)
-        self._has_news = self._has_news or known is None
+            self._drop(robot, now_s)
         self._reported.count(robot, report)
         self._questions.hear(robot, report.look)
 
@@ -88,7 +86,10 @@ class Coordinator:
 
     def drafted(self, now_s: float) -> Drafted:
         """What it has drafted; once the formation is made, that."""
-        return drafted(self._mission.robots, self._draft, self._telling.plan, self._reported, now_s)
+        plan, draft = self._telling.plan, self._draft
+        in_place = draft.strand if plan is None else plan.order
+        why = left_out(in_place, draft, self._reported, now_s)
+        return Drafted(draft.order, in_place, why, self._awaited(now_s), self._since_s)
 
     def act(self, odometry: Odometry, now_s: float) -> list[Command]:
         """What is to be done now."""
@@ -99,94 +100,102 @@ class Coordinator:
             commands += self._turns.repeat(now_s)
         elif self.phase is not Phase.FORMED:
             commands += self._go_on(fence, now_s)
-        strand = [] if self._draft is None else self._draft.strand
-        return commands + self._telling.act(odometry, now_s, strand=strand, join=self._join)
+        return commands + self._telling.act(odometry, now_s, join=self._join, map_from=self._map_from)
 
     # --- phases -------------------------------------------------------------------------------------
 
-    def _enter(self, phase: Phase) -> None:
+    def _enter(self, phase: Phase, now_s: float) -> None:
         assert phase in PHASES[self.phase], f"{self.phase} -> {phase}"
-        self.phase = phase
+        self.phase, self._since_s = phase, now_s
+
+    def _awaited(self, now_s: float) -> Set[int]:
+        """The robots that the view waits for in its phase."""
+        match self.phase:
+            case Phase.GATHERING:
+                is_late = now_s - self._began_s > self._timing.reports_s
+                return self._reported.awaited(self._turns, now_s, is_late=is_late)
+            case Phase.LOOKING:
+                return self._questions.awaited(now_s)
+            case Phase.TURNING:
+                return {self._turns.holder} if self._turns.holder else self._may_come_back(now_s)
+            case Phase.CLOSING:
+                old, robot = self._reported.old(self._draft.strand, self._turns), self._map_from
+                is_late = now_s - self._since_s > self._timing.looks_s
+                if robot is not None and self._reports[robot].seen is None and not is_late:
+                    return old | {robot}
+                return old
+            case Phase.FORMED:
+                return frozenset()
+
+    def _may_come_back(self, now_s: float) -> Set[int]:
+        """The robots that were there lately, as long as the view has not waited for them for long."""
+        comes_back_s = self._timing.comes_back_s
+        waits = now_s - self._began_s < comes_back_s
+        return self._reported.missing(now_s - comes_back_s) if waits else frozenset()
+
+    @property
+    def _map_from(self) -> int | None:
+        """CLOSING: the robot that is to tell its map, since the leader has an older one."""
+        if self.phase is not Phase.CLOSING:
+            return None
+        robot, leader = newest_map(self._reports), self._draft.strand[0]
+        return robot if self._reports[robot].map_number > self._reports[leader].map_number else None
 
     def _go_on(self, fence: Fence, now_s: float) -> list[Command]:
         for robot in self._reported.lost(self._robot, now_s):
-            self._drop(robot)
+            self._drop(robot, now_s)
         if self._robot not in self._reports:
             return []
         if self.phase is Phase.GATHERING and fence.may is May.ONE:
             return self._take_back(fence, now_s)  # nobody drives while a draft begins
-        if self.phase is Phase.GATHERING and not self._waits_for_reports(now_s):
+        if self.phase is Phase.GATHERING and not self._awaited(now_s):
             is_first = self._turns.newest is None  # no place is older than a turn
             plan = self._agreement.turned(self._reports, turn=fence.turn + 1) if is_first else None
             if plan is not None:
-                self._enter(Phase.CLOSING)
+                self._enter(Phase.CLOSING, now_s)
                 return self._make(plan, fence, now_s)
-            self._begin(now_s)
-        if self.phase is Phase.LOOKING and self._questions.are_answered(now_s):
-            draft = self._drafting
-            if draft.order and draft.settle(self._reports, self._questions.sees):
-                self._enter(Phase.TURNING)
+            self._enter(Phase.LOOKING, now_s)
+            self._look({}, now_s)
+        if self.phase is Phase.LOOKING and not self._awaited(now_s):
+            if self._draft.order and self._draft.settle(self._reports, self._questions.sees):
+                self._enter(Phase.TURNING, now_s)
             else:
-                draft.begin(self._reports, self._questions.obstacle_m(self._reports))
-                self._look_at_legs(draft, now_s)
+                self._look(self._questions.obstacle_m(self._reports), now_s)
         commands = self._take_turns(fence, now_s) if self.phase is Phase.TURNING else []
-        closes = self.phase is Phase.CLOSING and fence.may is not May.ONE
+        closes = self.phase is Phase.CLOSING and fence.may is not May.ONE and not self._awaited(now_s)
         return commands + (self._close(fence, now_s) if closes else [])
 
-    def _begin(self, now_s: float) -> None:
-        """Begin a draft, or begin it again with those that are in place."""
-        if self._draft is None:
-            led = self._agreement.led_in_vain(self._reports)
-            self._draft = Draft(self._mission, self._timing, self._agreement.intent.cause, led)
-        if self._has_news:
-            self._has_news = False
-            self._draft.admit()
-        self._enter(Phase.LOOKING)
-        if self._mission.goal is None:
-            self._draft.forget_order()
-            turn = self._turns.number
-            self._reported.ask(self._questions.ask_about_obstacles(self._reports, now_s, turn=turn))
-        else:
-            self._draft.begin(self._reports, {})
-            self._look_at_legs(self._draft, now_s)
-
-    def _look_at_legs(self, draft: Draft, now_s: float) -> None:
-        turn, keeps = self._turns.number, draft.keeps
-        asked = self._questions.ask_about_legs(draft.order, self._reports, now_s, turn=turn, keeps=keeps)
+    def _look(self, obstacle_m: Mapping[int, float], now_s: float) -> None:
+        """Robots look at the legs of the next order; without a goal, first at what is near them."""
+        draft, reports, turn = self._draft, self._reports, self._turns.number
+        draft.begin(reports, obstacle_m, self._agreement.led_in_vain(reports))
+        asked = self._questions.ask(draft.order, reports, now_s, turn=turn, keeps=draft.keeps)
         self._reported.ask(asked)
-
-    @property
-    def _drafting(self) -> Draft:
-        assert self._draft is not None, "a draft has begun in all phases but the first"
-        return self._draft
 
     # --- turns --------------------------------------------------------------------------------------
 
     def _take_turns(self, fence: Fence, now_s: float) -> list[Command]:
-        draft = self._drafting
+        draft, reports = self._draft, self._reports
         if fence.may is May.ONE and not self._has_ended(fence, now_s):
             return []
-        if self._has_news and self.phase is Phase.TURNING:
-            self._enter(Phase.GATHERING)
-        if self.phase is Phase.GATHERING or self._reported.owes_place(self._robot, self._turns):
+        if self.phase is Phase.TURNING and reports.keys() - {*draft.order}:  # another robot has reported
+            self._enter(Phase.GATHERING, now_s)
+        if self.phase is Phase.GATHERING:
             return self._take_back(fence, now_s)
-        gone_s = now_s - self._timing.comes_back_s
-        others_may_come_back = not self._reported.others_have_gone(self._mission.robots, gone_s)
-        next_ = draft.next(self._reports, now_s, others_may_come_back=others_may_come_back)
-        match next_:
+        match draft.next(reports, others_may_come_back=bool(self._may_come_back(now_s))):
             case int(robot):
-                join = draft.join(robot, self._reports, fence.turn + 1)
+                join = draft.join(robot, reports, fence.turn + 1)
                 if fits(join):
                     self._join = join
                     self._reported.ask({robot})
-                    life = self._reports[robot].life
+                    life = reports[robot].life
                     return self._turns.put(fence, now_s, may=May.ONE, robot=robot, life=life)
                 self._no_room.add(robot)
                 draft.end_turn(robot, placed=False)
             case NoTurn.BEGIN:
-                self._enter(Phase.GATHERING)
+                self._enter(Phase.GATHERING, now_s)
             case NoTurn.DONE:
-                self._enter(Phase.CLOSING)
+                self._enter(Phase.CLOSING, now_s)
             case NoTurn.WAIT:
                 pass
         return self._take_back(fence, now_s)
@@ -199,51 +208,39 @@ class Coordinator:
         """Whether the turn is over: the robot has said so, or has been idle for too long."""
         report = self._reports[fence.robot]
         if report.ended >= fence.turn:
-            self._drafting.end_turn(fence.robot, placed=report.placed)
+            self._draft.end_turn(fence.robot, placed=report.placed)
             return True
         if self._turns.idle_s <= self._timing.turn_s or not self._suspicion.judges(now_s):
             return False
         if fence.robot == self._robot:
-            self._drafting.end_turn(self._robot, placed=False)
+            self._draft.end_turn(self._robot, placed=False)
+            self._enter(Phase.GATHERING, now_s)  # where it stands now, it has yet to report
         else:
             self._suspicion.blame(fence.robot, now_s, penalty=SLOW_PENALTY)
-            self._drop(fence.robot)
+            self._drop(fence.robot, now_s)
         return True
 
     # --- the formation ------------------------------------------------------------------------------
 
     def _close(self, fence: Fence, now_s: float) -> list[Command]:
         """Rule 2."""
-        draft = self._drafting
-        if self._reported.waits_for_places(draft.strand, self._turns):
-            return []
-        if not self._telling.has_map(draft.strand[0], now_s):
-            return []
-        plan = self._agreement.drafted(draft.strand, draft.legs, self._reports, turn=fence.turn + 1)
-        no_room = self._no_room.union(draft.strand).difference(plan.order)
+        strand = self._draft.strand
+        plan = self._agreement.drafted(strand, self._draft.legs, self._reports, turn=fence.turn + 1)
+        no_room = self._no_room.union(strand).difference(plan.order)
         stranded = self._agreement.stranded(plan, self._reports, frozenset(no_room))
         return stranded + self._make(plan, fence, now_s)
 
-    def _waits_for_reports(self, now_s: float) -> bool:
-        """Whether robots are still waited for; a draft does not wait for long for one that is not heard."""
-        timing = self._timing
-        for robot in self._reported.overdue(self._robot, self._turns, now_s, after_s=timing.coordinator_s):
-            self._drop(robot)
-        is_late = now_s - self._began_s > timing.reports_s
-        return self._reported.expects(self._turns, now_s, is_late=is_late)
-
     def _make(self, plan: Plan, fence: Fence, now_s: float) -> list[Command]:
-        self._enter(Phase.FORMED)
+        self._enter(Phase.FORMED, now_s)
         told, order = self._telling.tell(plan, now_s), plan.order
         put = self._turns.put(fence, now_s, may=May.ALL, robot=order[0], members=len(order))
         return [Note(plan.as_record()), *told, *put]
 
     # --- who is there ---------------------------------------------------------------------------------
 
-    def _drop(self, robot: int) -> None:
+    def _drop(self, robot: int, now_s: float) -> None:
         """Rule 3."""
         self._reported.drop(robot)
-        if self._draft is not None:
-            self._draft.drop(robot)
+        self._draft.drop(robot)
         if self.phase is not Phase.GATHERING:
-            self._enter(Phase.GATHERING)
+            self._enter(Phase.GATHERING, now_s)

@@ -1,5 +1,8 @@
 """The strand that a coordinator drafts: its order, the robots in place, the next turn. Pure.
 
+A draft remembers facts of its view, and no more: the robots in place, those that have led in vain, and the
+orders and turns that were in vain.
+
 Rule 1: two groups are in place. First, from the front on, the robots of the order that have a clear leg to
         the robot ahead, as long as their strand does not fold back (`agents.coordinating.folding`). Then
         those that came to a place by a turn.
@@ -10,10 +13,8 @@ Rule 2: the turn goes to the nearest robot that is not in place and has not had 
 Rule 3: if no robot finds a way, and another one that has not led in vain is nearer to the goal than the
         leader, that one leads. Else those in place go on: then the others may find a way.
 Rule 4: robots that are left out and were there lately may stand in the way, and may come back. So the draft
-        waits for them before that, once.
+        waits for them before that.
 Rule 5: where a robot that asks a strand on its way to let it in finds no way, the strand goes on as it was.
-Rule 6: a leader that has arrived goes on to nowhere. So those without a way are let in before the last in
-        place, which comes behind them then. If none finds a way so either, it keeps its place.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -33,11 +34,14 @@ from agents.coordinating.order import (
     positions,
 )
 from agents.coordinating.questions import points
-from agents.liveness.timing import Timing
 from protocol.fence import Cause
 from protocol.frames import Point
 from protocol.mission import Mission
 from protocol.wire.view import Join, Look, Report
+
+Reports = Mapping[int, Report]
+Order = tuple[int, ...]
+"""Robots, leader first."""
 
 
 class NoTurn(Enum):
@@ -53,26 +57,22 @@ class Draft:
     """One coordinator's draft."""
 
     mission: Mission
-    timing: Timing
     cause: Cause
     """Why there is a view."""
     led: tuple[int, ...] = ()
     """The robots that have led in vain, in this view or since the strand last advanced."""
-    order: tuple[int, ...] = ()
-    strand: list[int] = field(default_factory=list)
-    """The robots in place, leader first."""
+    order: Order = ()
+    """The one that is tried."""
+    strand: Order = ()
+    """The robots in place."""
     legs: dict[int, tuple[Point, ...]] = field(default_factory=dict)
     """Those that the robot ahead has driven, by the robot behind."""
-    _stayed: tuple[int, ...] = ()
-    _holds: int = 0  # so many have to be in place for the order that is tried
-    _trial: bool = True
-    _in_vain: dict[int, tuple[int, ...]] = field(default_factory=dict)  # behind which strand, by robot
-    _makes_room: bool = False
-    """Whether the last in place lets others in before it (rule 6)."""
-    _made_room: int = 1
-    """How many were in place when it last did; it does again when more are."""
-    _stuck_at_s: float | None = None
-    """When nobody found a way for the first time in this view: others are waited for once."""
+    _stayed: Order = ()
+    """Those that were in place before the order was tried, here or in a former strand."""
+    _orders_in_vain: set[Order] = field(default_factory=set)
+    """With others before those that stayed, one of which would have to move for that."""
+    _turns_in_vain: list[tuple[int, Order]] = field(default_factory=list)
+    """Each robot, and the strand behind which it found no way: under this leader, oldest first."""
 
     @property
     def keeps(self) -> bool:
@@ -80,72 +80,59 @@ class Draft:
         return self.cause is not Cause.BLOCKED
 
     @property
-    def front(self) -> list[int]:
-        """Those in place behind which a robot joins: all, or all but the last (rule 6)."""
-        return self.strand[:-1] if self._makes_room else self.strand
+    def tried(self) -> set[int]:
+        """The robots that have had a turn in vain behind this very strand."""
+        return {robot for robot, behind in self._turns_in_vain if behind == self.strand}
 
-    @property
-    def tried(self) -> frozenset[int]:
-        """Who has had a turn in vain behind this very strand."""
-        front = tuple(self.front)
-        return frozenset(robot for robot, behind in self._in_vain.items() if behind == front)
+    def begin(self, reports: Reports, obstacle_m: Mapping[int, float], led: tuple[int, ...]) -> None:
+        """Compute the order of those that have reported; who is in place is known when they have looked.
 
-    def begin(self, reports: Mapping[int, Report], obstacle_m: Mapping[int, float]) -> None:
-        """Compute the order of those that have reported; who is in place is known when they have looked."""
-        places = places_of(reports)
-        stayed = self.strand
-        if not stayed and self.keeps and not self.led:
-            stayed = former_order(reports)
-        self._stayed, self._holds, self._makes_room = (), 0, False
-        if self.led and not self.strand:
-            self.order = other_order(places, self.led, self.mission.goal)
-        elif stayed:
-            self.order = self._order_of(reports, stayed)
+        Args:
+            reports: of the view.
+            obstacle_m: without a goal, each robot's distance from the nearest obstacle; empty: there is no
+                order before they have looked around.
+            led: the robots that led in vain before this view.
+        """
+        places, goal = places_of(reports), self.mission.goal
+        self.led, self._stayed = self.led or led, self.strand
+        if not self.strand and self.keeps and not self.led:
+            self._stayed = former_order(reports)
+        if goal is None and not obstacle_m:
+            self.order = ()
+        elif self._stayed:
+            self.order = kept_order(places, self._stayed, in_front(places, self._stayed, goal))
+            if self.order in self._orders_in_vain:
+                self.order = kept_order(places, self._stayed, ())
+        elif self.led:
+            self.order = other_order(places, self.led, goal)
         else:
-            self.order = order_at_start(places, self.mission.goal, obstacle_m)
+            self.order = order_at_start(places, goal, obstacle_m)
 
-    def _order_of(self, reports: Mapping[int, Report], stayed: Sequence[int]) -> tuple[int, ...]:
-        """The order in which these stay, with others before them if nobody has to move."""
-        self._stayed, places = tuple(stayed), places_of(reports)
-        if not self._trial:
-            return kept_order(places, stayed, ())
-        order = kept_order(places, stayed, in_front(places, stayed, self.mission.goal))
-        until = 1 + max(order.index(robot) for robot in stayed)
-        self._holds = until if until > len(stayed) else 0
-        return order
-
-    def forget_order(self) -> None:
-        """The order is to be computed anew, when robots have looked around."""
-        self.order = ()
-
-    def admit(self) -> None:
-        """Another robot has reported: it may stand in front."""
-        self._trial = True
-
-    def settle(self, reports: Mapping[int, Report], sees: Callable[[int], Look]) -> bool:
+    def settle(self, reports: Reports, sees: Callable[[int], Look]) -> bool:
         """Rule 1, from what robots see of their legs; False: the order needs somebody to move in front."""
         clear = 1
         while clear < len(self.order) and sees(self.order[clear]).clear:
             clear += 1
         order = self.order[:clear]
         self.legs = {robot: sees(robot).way for robot in order[1:] if sees(robot).driven}
-        count = robots_in_place(places_of(reports), order, self.legs, self.mission)
-        if count < self._holds:
-            self._trial = False
+        in_place = order[: robots_in_place(places_of(reports), order, self.legs, self.mission)]
+        others_lead = self.order[: len(self._stayed)] != self._stayed
+        if others_lead and not {*self._stayed} <= {*in_place}:
+            self._orders_in_vain.add(self.order)
             return False
-        self.strand = list(self.order[:count])
+        self.strand = in_place
         return True
 
-    def join(self, robot: int, reports: Mapping[int, Report], turn: int) -> Join:
+    def join(self, robot: int, reports: Reports, turn: int) -> Join:
         """Where the strand ends that the robot joins in this turn, and where the other robots stand."""
-        strand, places = self.front, places_of(reports)
-        line, leg = line_of(places, strand, self.legs)
-        waiting = [other for other in places if other != robot and other not in strand]
+        places = places_of(reports)
+        line, leg = line_of(places, self.strand, self.legs)
+        waiting = [other for other in places if other != robot and other not in self.strand]
         return Join(
             turn=turn,
-            strand=points(positions(places, strand)),
+            strand=points(positions(places, self.strand)),
             waiting=points(positions(places, waiting)),
-            robots=tuple(sorted((*strand, *waiting))),
+            robots=tuple(sorted((*self.strand, *waiting))),
             line=points(line),
             last_leg=int((leg == leg[-1]).sum()) if len(leg) else 0,
         )
@@ -153,50 +140,37 @@ class Draft:
     def end_turn(self, robot: int, *, placed: bool) -> None:
         """A robot has ended its turn, in place or in vain, or has lost it."""
         self.legs.pop(robot, None)
-        if not placed:
-            self._in_vain.pop(robot, None)  # so that the newest stands last
-            self._in_vain[robot] = tuple(self.front)
+        if placed:
+            self.strand = (*self.strand, robot)
         else:
-            self.strand, self._makes_room = [*self.front, robot], False
+            self._turns_in_vain.append((robot, self.strand))
 
-    def next(
-        self, reports: Mapping[int, Report], now_s: float, *, others_may_come_back: bool
-    ) -> int | NoTurn:
-        """The robot that gets the turn (rules 2 to 6)."""
-        waiting = [robot for robot in sorted(reports) if robot not in self.strand]
-        if not waiting:
+    def next(self, reports: Reports, *, others_may_come_back: bool) -> int | NoTurn:
+        """The robot that gets the turn (rules 2 to 5)."""
+        waiting, leader = reports.keys() - {*self.strand}, self.strand[0]
+        if free := sorted(waiting - self.tried):
+            return self._first_of(free, reports)
+        is_as_it_was = bool(self._stayed) and {*self._stayed} <= {*self.strand}
+        goes_on = self.cause is Cause.PLEA and not reports[leader].arrived and is_as_it_was
+        if not waiting or goes_on:
             return NoTurn.DONE
-        free = sorted({*waiting} - self.tried)
-        if free and all(robot in self._in_vain for robot in free):
-            return next(robot for robot in reversed(self._in_vain) if robot in free)
-        if free:
-            places = places_of(reports)
-            off_m = np.hypot(*(positions(places, free) - positions(places, self.front[-1:])).T)
-            return free[int(np.argmin(off_m))]
-        goes_on = self.cause is Cause.PLEA and not reports[self.strand[0]].arrived
-        if goes_on and self._stayed and set(self._stayed) <= set(self.strand):
-            return NoTurn.DONE
-        return self._give_up(reports, now_s, others_may_come_back=others_may_come_back)
-
-    def _give_up(
-        self, reports: Mapping[int, Report], now_s: float, *, others_may_come_back: bool
-    ) -> int | NoTurn:
-        """Rules 3, 4 and 6."""
-        places = places_of(reports)
-        self._stuck_at_s = now_s if self._stuck_at_s is None else self._stuck_at_s
-        is_new = now_s - self._stuck_at_s < self.timing.comes_back_s
-        if is_new and others_may_come_back:
+        if others_may_come_back:
             return NoTurn.WAIT
-        goal, leader = self.mission.goal, self.strand[0]
-        if goal is None or other_order(places, self.led, goal)[0] == leader:
-            if not reports[leader].arrived or len(self.strand) <= self._made_room:
-                return NoTurn.DONE
-            self._makes_room, self._made_room = True, len(self.strand)
-            return self.next(reports, now_s, others_may_come_back=others_may_come_back)
-        self.led, self.strand, self._trial = (*self.led, leader), [], False
-        self._in_vain.clear()
+        goal = self.mission.goal
+        if goal is None or other_order(places_of(reports), self.led, goal)[0] == leader:
+            return NoTurn.DONE
+        self.led, self.strand, self._turns_in_vain = (*self.led, leader), (), []
         return NoTurn.BEGIN
+
+    def _first_of(self, free: Sequence[int], reports: Reports) -> int:
+        """Rule 2: which of these gets the turn."""
+        newest_first = [robot for robot, _ in reversed(self._turns_in_vain) if robot in free]
+        if {*free} <= {*newest_first}:
+            return newest_first[0]
+        places = places_of(reports)
+        off_m = np.hypot(*(positions(places, free) - positions(places, self.strand[-1:])).T)
+        return free[int(np.argmin(off_m))]
 
     def drop(self, robot: int) -> None:
         """A robot is no longer in place, if it was."""
-        self.strand = [each for each in self.strand if each != robot]
+        self.strand = tuple(each for each in self.strand if each != robot)

@@ -4,11 +4,10 @@ Rule 1: a robot has a place in the draft if it is in place. Of every other robot
         told: the first that holds, in the order of the function.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Set
 from dataclasses import dataclass
 
 from agents.coordinating.draft import Draft
-from agents.coordinating.formation import Plan
 from agents.coordinating.reported import Reported
 
 UNREPORTED = "it has not reported"
@@ -25,21 +24,22 @@ class Drafted:
     """The strand as far as it stands, leader first."""
     left_out: Mapping[int, str]
     """Why each other robot has no place."""
+    awaited: Set[int]
+    """The robots that the view waits for in its phase."""
+    since_s: float
+    """Since when it is in that."""
 
 
-def drafted(robots: int, draft: Draft | None, plan: Plan | None, reported: Reported, now_s: float) -> Drafted:
-    """What a coordinator has drafted; once the formation is made, that."""
-    in_place = plan.order if plan is not None else () if draft is None else tuple(draft.strand)
-    others = (each for each in range(1, robots + 1) if each not in in_place)
-    why = {each: _reason_of(each, reported, draft, now_s) for each in others}
-    return Drafted(() if draft is None else draft.order, in_place, why)
+def left_out(in_place: Collection[int], draft: Draft, reported: Reported, now_s: float) -> dict[int, str]:
+    """Why each robot that is not in place is not."""
+    others = (each for each in range(1, reported.robots + 1) if each not in in_place)
+    return {each: _reason_of(each, draft, reported, now_s) for each in others}
 
 
-def _reason_of(robot: int, reported: Reported, draft: Draft | None, now_s: float) -> str:
-    """Why a robot that is not in place is not."""
+def _reason_of(robot: int, draft: Draft, reported: Reported, now_s: float) -> str:
     suspicion, presence = reported.suspicion, reported.suspicion.presence
     if robot in reported.counted:
-        if draft is None or robot not in draft.tried:
+        if robot not in draft.tried:
             return "its turn has not come"
         return "it has had its turn, and found no way to a place"
     if robot in suspicion.suppressed(now_s):

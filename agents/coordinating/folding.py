@@ -9,6 +9,7 @@ Rule 2: where all legs were driven, the strand may come nearer by the tolerance,
         laid while other robots were left out, perhaps through where one of these stands now.
 """
 
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -68,11 +69,7 @@ def robots_apart(places: Places, order: Sequence[int], legs: Legs, *, least_m: f
     """
     if not folds_back(places, order, legs, least_m=least_m):
         return len(order)
-    low, high = 1, len(order)
-    while high - low > 1:
-        middle = (low + high) // 2
-        if folds_back(places, order[:middle], legs, least_m=least_m):
-            high = middle
-        else:
-            low = middle
-    return low
+    counts = range(1, len(order))
+    return 1 + bisect_left(
+        counts, True, key=lambda count: folds_back(places, order[: count + 1], legs, least_m=least_m)
+    )

@@ -78,12 +78,12 @@ def order_at_start(places: Places, goal: Point | None, obstacle_m: Mapping[int, 
     return min(candidates, key=lambda order: (way_m(order), order[0]))
 
 
-def former_order(reports: Mapping[int, Report]) -> list[int]:
+def former_order(reports: Mapping[int, Report]) -> tuple[int, ...]:
     """Rule 3: the robots that stayed in the newest formation or draft in which any did, in its order."""
     formers = [(former.epoch.number, former.rank, robot) for robot, report in reports.items()
                for former in report.formers]  # fmt: skip
     newest = max((number for number, _, _ in formers), default=0)
-    return [robot for number, _, robot in sorted(formers) if number == newest]
+    return tuple(robot for number, _, robot in sorted(formers) if number == newest)
 
 
 def in_front(places: Places, stayed: Sequence[int], goal: Point | None) -> tuple[int, ...]:

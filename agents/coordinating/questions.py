@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from agents.coordinating.order import positions
+from agents.coordinating.order import places_of, positions
 from agents.liveness.timing import Timing
 from protocol.frames import Point, Pose
 from protocol.mission import Mission
@@ -42,71 +42,23 @@ class Questions:
     _asked: dict[int, _Asked] = field(default_factory=dict)
     _count: int = 0
 
-    def ask_about_obstacles(self, reports: Mapping[int, Report], now_s: float, *, turn: int) -> list[int]:
-        """Ask all robots how far off the nearest obstacle is; returns the robots that have a new question."""
-        return self._ask(dict.fromkeys(reports), reports, now_s, turn=turn, keeps=False)
-
-    def ask_about_legs(
+    def ask(
         self, order: Sequence[int], reports: Mapping[int, Report], now_s: float, *, turn: int, keeps: bool
     ) -> list[int]:
-        """Ask all but the leader to look at their legs; returns the robots that have a new question.
+        """Ask all robots but the leader to look at their legs; returns the robots that have a new question.
 
         Args:
-            order: leader first.
+            order: leader first; empty: all are to look how far off the nearest obstacle is.
             reports: of the view.
             now_s: the time.
             turn: the newest turn that has been put.
             keeps: whether robots may tell legs of former strands.
         """
-        return self._ask(dict(zip(order[1:], order, strict=False)), reports, now_s, turn=turn, keeps=keeps)
-
-    def hear(self, robot: int, look: Look | None) -> None:
-        """Take in an answer."""
-        asked = self._asked.get(robot)
-        if look is not None and asked is not None and look.number == asked.question.number:
-            self.looks[robot] = look
-
-    def pending(self, robot: int) -> Question | None:
-        """What a robot has not answered yet."""
-        asked = self._asked.get(robot)
-        return None if asked is None or robot in self.looks else asked.question
-
-    def are_answered(self, now_s: float) -> bool:
-        """Whether all have been answered, or waited for long enough (rule 2)."""
-        return all(
-            robot in self.looks or now_s - asked.since_s > self.timing.looks_s
-            for robot, asked in self._asked.items()
-        )
-
-    def sees(self, robot: int) -> Look:
-        """What a robot sees; nothing, if it has not answered."""
-        return self.looks.get(robot, Look(number=0))
-
-    def obstacle_m(self, robots: Iterable[int]) -> dict[int, float]:
-        """Each robot's distance from the nearest obstacle, as far as it is known."""
-        told = {robot: self.sees(robot).obstacle_m for robot in robots}
-        return {robot: self.mission.range_m_max if m is None else m for robot, m in told.items()}
-
-    def _forget(self, robots: Collection[int]) -> None:
-        """Drop the questions to these robots, and their answers."""
-        for robot in list(robots):
-            self._asked.pop(robot, None)
-            self.looks.pop(robot, None)
-
-    def _ask(
-        self,
-        legs: Mapping[int, int | None],
-        reports: Mapping[int, Report],
-        now_s: float,
-        *,
-        turn: int,
-        keeps: bool,
-    ) -> list[int]:
-        robots = list(reports)
-        where = positions({robot: report.place for robot, report in reports.items()}, robots)
-        new: list[int] = []
-        self._forget(self._asked.keys() - legs.keys())
-        for robot, ahead in legs.items():
+        legs = zip(order[1:], order, strict=False)
+        ahead_of: dict[int, int | None] = {**dict(legs)} if order else {**dict.fromkeys(reports)}
+        where, new = positions(places_of(reports), list(reports)), list[int]()
+        self._forget(self._asked.keys() - ahead_of.keys())
+        for robot, ahead in ahead_of.items():
             theirs, at = None if ahead is None else reports[ahead], reports[robot].place
             place = None if theirs is None else theirs.place
             asked = self._asked.get(robot)
@@ -128,6 +80,37 @@ class Questions:
             self._asked[robot] = _Asked(question, at, since_s, turn)
             new.append(robot)
         return new
+
+    def hear(self, robot: int, look: Look | None) -> None:
+        """Take in an answer."""
+        asked = self._asked.get(robot)
+        if look is not None and asked is not None and look.number == asked.question.number:
+            self.looks[robot] = look
+
+    def pending(self, robot: int) -> Question | None:
+        """What a robot has not answered yet."""
+        asked = self._asked.get(robot)
+        return None if asked is None or robot in self.looks else asked.question
+
+    def awaited(self, now_s: float) -> set[int]:
+        """The robots that have not answered, and have not been waited for long enough (rule 2)."""
+        unanswered = self._asked.keys() - self.looks.keys()
+        return {robot for robot in unanswered if now_s - self._asked[robot].since_s <= self.timing.looks_s}
+
+    def sees(self, robot: int) -> Look:
+        """What a robot sees; nothing, if it has not answered."""
+        return self.looks.get(robot, Look(number=0))
+
+    def obstacle_m(self, robots: Iterable[int]) -> dict[int, float]:
+        """Each robot's distance from the nearest obstacle, as far as it is known."""
+        told = {robot: self.sees(robot).obstacle_m for robot in robots}
+        return {robot: self.mission.range_m_max if m is None else m for robot, m in told.items()}
+
+    def _forget(self, robots: Collection[int]) -> None:
+        """Drop the questions to these robots, and their answers."""
+        for robot in list(robots):
+            self._asked.pop(robot, None)
+            self.looks.pop(robot, None)
 
     def _beside(self, at: Pose, where: np.ndarray) -> tuple[Point, ...]:
         """Where the nearest other robots stand that a scan from there may show."""

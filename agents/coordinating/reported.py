@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from agents.coordinating.turns import Turns
+from agents.liveness.presence import GRACE_S
 from agents.liveness.suspicion import Suspicion
 from protocol.wire.view import Report
 
@@ -19,6 +20,8 @@ class Reported:
     """The reports of one view."""
 
     suspicion: Suspicion
+    robots: int
+    """How many the mission has."""
     _looked_s: float
     """When lost robots were looked for last; at first: since when there is the view."""
     counted: dict[int, Report] = field(default_factory=dict)
@@ -67,37 +70,17 @@ class Reported:
         had_turn = turns.had & robots
         return {robot for robot in had_turn if self.counted[robot].turn <= turns.put_for(robot)}
 
-    def owes_place(self, robot: int, turns: Turns) -> bool:
-        """Whether a robot's turn was in vain, and it has not reported since where it stands."""
-        return self.counted[robot].ended < turns.put_for(robot) and bool(self.old({robot}, turns))
+    def awaited(self, turns: Turns, now_s: float, *, is_late: bool) -> set[int]:
+        """The robots that a draft waits for: for newer places; else for reports, unless it is late."""
+        old = self.old(self.counted.keys(), turns)
+        if old or (is_late and self.suspicion.judges(now_s)):
+            return old
+        return self.missing(now_s - GRACE_S) - self.suspicion.suppressed(now_s)
 
-    def overdue(self, own: int, turns: Turns, now_s: float, *, after_s: float) -> list[int]:
-        """The robots, but this one, whose places may be old and that have not been heard for so long."""
-        if not self.suspicion.judges(now_s):
-            return []
-        old = self.old(self.counted.keys() - {own}, turns)
-        return [robot for robot in old if now_s - self._heard_s[robot] > after_s]
-
-    def waits_for_places(self, robots: Iterable[int], turns: Turns) -> bool:
-        """Whether the place of one of these may be old; each such one is asked."""
-        old = self.old(robots, turns)
-        self.ask(old)
-        return bool(old)
-
-    def expects(self, turns: Turns, now_s: float, *, is_late: bool) -> bool:
-        """Whether robots are still waited for: their reports, or newer ones than their own last turns."""
-        if self.waits_for_places(self.counted, turns):
-            return True
-        if is_late and self.suspicion.judges(now_s):
-            return False
-        presence = self.suspicion.presence
-        expected = presence.there(now_s) - self.suspicion.suppressed(now_s)
-        return not presence.sees_all or not expected <= self.counted.keys()
-
-    def others_have_gone(self, robots: int, by_s: float) -> bool:
-        """Whether all robots of so many that do not count have shown no token since then."""
-        others = set(range(1, robots + 1)) - self.counted.keys()
-        return all(self.suspicion.presence.has_gone_by(robot, by_s) for robot in others)
+    def missing(self, since_s: float) -> set[int]:
+        """The robots that do not count, and may have shown a token since then."""
+        presence, others = self.suspicion.presence, set(range(1, self.robots + 1)) - self.counted.keys()
+        return {each for each in others if not (presence.sees_all and presence.has_gone_by(each, since_s))}
 
     def lost(self, own: int, now_s: float) -> list[int]:
         """The robots that count and are gone, but this one; told once for all that is heard at one time."""

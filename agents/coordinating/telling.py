@@ -2,22 +2,21 @@
 
 Rule 1: each report is answered; once the formation is made, a robot that is in it is sent its pieces instead.
 Rule 2 (liveness): it does not wait for reports to answer, but repeats its news: a question until it is
-        answered; the end of the strand until the robot that has the turn moves; the formation for a short
-        time.
+        answered; the end of the strand until the robot that has the turn moves; that a turn was put until its
+        robot tells a newer place; that a map is wanted until it comes; the formation for a short time.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from agents.commands import Command, Say
-from agents.coordinating.agreeing import newest_map
+from agents.coordinating.draft import Draft
 from agents.coordinating.formation import Plan
 from agents.coordinating.questions import Questions
 from agents.coordinating.reported import Reported
 from agents.coordinating.turns import Turns
 from agents.due import is_due
 from agents.liveness.timing import Timing
-from protocol.fence import Epoch, May
+from protocol.fence import Epoch
 from protocol.wire.messages import Odometry
 from protocol.wire.view import Answer, Join, Report
 
@@ -33,13 +32,13 @@ class Telling:
     reported: Reported
     questions: Questions
     turns: Turns
+    draft: Draft
     plan: Plan | None = None
     """The formation, once it is made."""
     stranded: frozenset[int] = frozenset()
     """The robots that have had a turn, and found no way to a place in it."""
     _made_s: float = -float("inf")
     _news_at_s: float = -float("inf")
-    _asks_map_since_s: float | None = None
 
     def tell(self, plan: Plan, now_s: float) -> list[Command]:
         """The formation is made: send it to its members."""
@@ -49,56 +48,43 @@ class Telling:
         self.reported.told(plan.order)
         return [Say(robot, piece) for robot in plan.order for piece in plan.pieces(robot)]
 
-    def has_map(self, leader: int, now_s: float) -> bool:
-        """Whether the newest map is here, or the leader has it, or it has not come for too long.
-
-        Else it is asked for from now on.
-        """
-        counted = self.reported.counted
-        newest = newest_map(counted)
-        if newest.map_number <= counted[leader].map_number or newest.seen is not None:
-            return True
-        if self._asks_map_since_s is None:
-            self._asks_map_since_s = now_s
-            self.reported.ask(counted)
-        return now_s - self._asks_map_since_s > self.timing.looks_s
-
     def act(
-        self, odometry: Odometry, now_s: float, *, strand: Sequence[int], join: Join | None
+        self, odometry: Odometry, now_s: float, *, join: Join | None, map_from: int | None
     ) -> list[Command]:
         """Answer all reports, and repeat news if it is time.
 
         Args:
             odometry: the coordinator's newest.
             now_s: the time.
-            strand: who is in place in the draft, leader first.
             join: what the robot that has the turn is to know.
+            map_from: the robot that is to tell its map.
         """
         if is_due(last_s=self._news_at_s, every_s=self.timing.report_s, now_s=now_s):
             self._news_at_s = now_s
-            self.reported.ask(self._hear_no_news(odometry, now_s))
+            self.reported.ask(self._hear_no_news(odometry, now_s, map_from))
         commands: list[Command] = []
         for robot in self.reported.take_due():
             report = self.reported.said[robot]
             if self.plan is not None and self.plan.lives.get(robot) == report.life:
                 commands += [Say(robot, piece) for piece in self.plan.pieces(robot)]
             else:
-                rank = strand.index(robot) if robot in strand else None
-                commands.append(Say(robot, self._answer(robot, report, rank, join)))
+                answer = self._answer(robot, report, join=join, wants_map=robot == map_from)
+                commands.append(Say(robot, answer))
         return commands
 
-    def _hear_no_news(self, odometry: Odometry, now_s: float) -> set[int]:
+    def _hear_no_news(self, odometry: Odometry, now_s: float, map_from: int | None) -> set[int]:
         """Rule 2: the robots that may not have heard their news."""
         counted = self.reported.counted
         if self.plan is not None:
             return set(self.plan.order) if now_s - self._made_s <= NEWS_S else set()
-        all_stand = odometry.stood_s >= self.timing.put_s
-        named = {odometry.fence.robot} & counted.keys() if all_stand else set()
-        return named | {robot for robot in counted if self.questions.pending(robot) is not None}
+        news = {robot for robot in counted if self.questions.pending(robot) is not None}
+        news |= self.reported.old(counted.keys(), self.turns) - {self.turns.holder}
+        if odometry.stood_s >= self.timing.put_s:
+            news |= {odometry.fence.robot} & counted.keys()
+        return news if map_from is None or counted[map_from].seen is not None else news | {map_from}
 
-    def _answer(self, robot: int, report: Report, rank: int | None, join: Join | None) -> Answer:
-        put, counted = self.turns.newest, self.reported.counted
-        has_turn = put is not None and (put.may, put.robot) == (May.ONE, robot)
+    def _answer(self, robot: int, report: Report, *, join: Join | None, wants_map: bool) -> Answer:
+        has_turn, strand = self.turns.holder == robot, self.draft.strand
         return Answer(
             epoch=self.epoch,
             life=report.life,
@@ -108,6 +94,6 @@ class Telling:
             stranded=robot in self.stranded,
             question=None if has_turn else self.questions.pending(robot),  # a message has room for one
             join=join if has_turn else None,
-            rank=rank,
-            wants_map=self._asks_map_since_s is not None and newest_map(counted) == report,
+            rank=strand.index(robot) if robot in strand else None,
+            wants_map=wants_map,
         )

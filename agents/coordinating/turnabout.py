@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from agents.liveness.reason import Turnabout
 from protocol.fence import Epoch
 from protocol.path import Path
-from protocol.wire.view import Former, Report
+from protocol.wire.view import Report
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,19 +31,14 @@ Turned = tuple[tuple[int, ...], Path, dict[int, float]]
 """Order, path, and each robot's arc length along it."""
 
 
-def _former_place(report: Report, ended: Epoch) -> Former | None:
-    """The place in the strand of this epoch that a robot has not left; None: it has none."""
-    return next((each for each in report.formers if each.epoch == ended and not each.draft), None)
-
-
 def turned_round(turning: Turning, reports: Mapping[int, Report]) -> Turned | None:
     """Rule 1."""
-    at: list[tuple[int, int, float]] = []
-    for robot, report in reports.items():
-        if (former := _former_place(report, turning.ended)) is None:
-            continue
-        at.append((former.rank, robot, former.s_m))
-    at.sort()
+    at = sorted(
+        (former.rank, robot, former.s_m)
+        for robot, report in reports.items()
+        for former in report.formers
+        if former.epoch == turning.ended and not former.draft
+    )
     if [rank for rank, _, _ in at] != list(range(turning.robots)):
         return None
     order = tuple(robot for _, robot, _ in reversed(at))

@@ -48,6 +48,11 @@ class Turns:
         """The number of the newest turn; 0: none was put."""
         return 0 if self.newest is None else self.newest.turn
 
+    @property
+    def holder(self) -> int:
+        """The robot for which the newest turn was put; 0: none."""
+        return self.newest.robot if self.newest is not None and self.newest.may is May.ONE else 0
+
     def put_for(self, robot: int) -> int:
         """The last turn that was put for a robot; 0: none."""
         return self._put_for.get(robot, 0)

@@ -155,22 +155,12 @@ OF_VIEWS = (
         check="tests/unit/agents/conversations/test_turns.py::"
         "test_v19_one_number_of_a_turn_has_one_content_however_long_its_put_is_held_up",
     ),
-    Mutant(
+    mutant(
         "all-after-a-turn",
         "F4: the last turn before ALL names nobody, unless none named a robot",
-        (
-            Edit(
-                "agents/coordinating/coordinator.py",
-                "        closes = self.phase is Phase.CLOSING and fence.may is not May.ONE\n",
-                "        closes = self.phase is Phase.CLOSING\n",
-            ),
-            Edit(
-                "agents/coordinating/coordinator.py",
-                "        if self._reported.waits_for_places(draft.strand, self._turns):\n"
-                "            return []\n",
-                "",
-            ),
-        ),
+        "agents/coordinating/coordinator.py",
+        " and fence.may is not May.ONE and not self._awaited(now_s)\n",
+        "\n",
         check="tests/unit/agents/conversations/test_turns.py::"
         "test_v5_an_order_of_a_turn_moves_no_body_under_all",
     ),

@@ -31,6 +31,8 @@ class CoreState(Struct, frozen=True, kw_only=True):
     state: str
     coordinates: bool
     phase: str | None
+    awaits: str | None
+    awaits_s: float | None
     epoch: int
     generation: int
     turn: int
@@ -100,6 +102,8 @@ def state_of(core: Robot, count: int, heard: Input, robot: int) -> CoreState:
         state=str(core.state),
         coordinates=core.coordinates,
         phase=None if core.phase is None else str(core.phase),
+        awaits=None if drafted is None else names(sorted(drafted.awaited)),
+        awaits_s=None if drafted is None else heard.now_s - drafted.since_s,
         epoch=fence.epoch.number,
         generation=fence.epoch.generation,
         turn=fence.turn,

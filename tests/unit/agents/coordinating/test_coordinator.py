@@ -1,51 +1,101 @@
-"""When a coordinator goes on with its view."""
+"""When a coordinator goes on with its view, and whom it waits for until then."""
 
-from agents.coordinating.agreeing import Intent
-from agents.coordinating.coordinator import Coordinator
-from agents.coordinating.phases import Phase
-from agents.liveness.suspicion import Suspicion
-from agents.liveness.timing import Timing
-from protocol.fence import Cause, Epoch, Fence
-from protocol.frames import Point, Pose
-from protocol.wire.messages import Odometry
-from protocol.wire.messages import Phase as RunPhase
-from protocol.wire.view import Report
-from tests.support.stages.one_step import under
+from protocol.fence import Cause, May
+from tests.support.stages.coordinated import BEGAN_S, BEHIND, OWN, START, TIMING, View, report, with_turns
 
-OWN, EPOCH = 1, Epoch(generation=2, robot=1, life=1)
-MISSION = under("certified", robots=3, goal=Point(x_m=9.0, y_m=0.0))
-TIMING = Timing.of(MISSION)
-LATE_S = TIMING.reports_s + TIMING.listens_s + 1.0
+LATE_S = BEGAN_S + TIMING.reports_s + 1.0
 
 
-def place(robot: int) -> Pose:
-    return Pose(x_m=float(-robot), y_m=0.0, heading_rad=0.0)
+def reported(view: View, *robots: int) -> View:
+    for robot in robots:
+        view.hear(robot, report(robot, START[robot]))
+    view.act()
+    return view
 
 
 def test_nothing_goes_on_before_the_coordinator_has_reported_to_itself_however_late_it_is() -> None:
     """It counts for the next formation what its own report says."""
-    suspicion = Suspicion(TIMING)
-    for robot in (0, 1, 2, 3):
-        suspicion.presence.come(robot, "a", 0.0)
-    coordinator = Coordinator(
-        OWN, EPOCH, mission=MISSION, timing=TIMING, suspicion=suspicion, intent=Intent(Cause.START), now_s=0.0
-    )
+    view = reported(View(), 2, 3)
+    view.act(until_s=LATE_S)
+    assert not view.drafted.order
+    assert reported(view, OWN).drafted.order
 
-    def phase_after_reports_of(*robots: int) -> Phase:
-        for robot in robots:
-            report = Report(epoch=EPOCH, life=robot, number=1, turn=0, place=place(robot))
-            coordinator.hear(robot, report, LATE_S)
-        odometry = Odometry(
-            n=1,
-            t_s=LATE_S,
-            pose=place(OWN),
-            moving=False,
-            finished=0,
-            fence=Fence(epoch=EPOCH),
-            phase=RunPhase.RUNNING,
-        )
-        coordinator.act(odometry, LATE_S)
-        return coordinator.phase
 
-    assert phase_after_reports_of(2, 3) is Phase.GATHERING
-    assert phase_after_reports_of(OWN) is not Phase.GATHERING
+def test_a_view_names_the_robots_that_it_waits_for_in_each_phase_and_since_when() -> None:
+    view = reported(View(), OWN, 2)
+    assert (view.drafted.awaited, view.drafted.since_s) == ({3, 4}, BEGAN_S), "they have not reported"
+    assert reported(view, 3, 4).drafted.awaited == {2, 3, 4}, "they look at their legs"
+    assert view.drafted.since_s == view.now_s
+    view.look()
+    view.act()
+    assert (view.fence.robot, view.drafted.awaited) == (2, {2}), "it has the turn"
+    view = with_turns()
+    view.hear(3, report(3, BEHIND[3], number=4, turn=2, ended=2, placed=True))
+    view.act()
+    view.hear(4, report(4, START[4], number=4, turn=3, ended=3))
+    view.act()
+    view.act()
+    assert (view.fence.may, view.drafted.awaited) == (May.NOBODY, {2, 3}), "their places may be old"
+    for robot in (2, 3):
+        view.hear(robot, report(robot, BEHIND[robot], number=5, turn=4, ended=robot - 1, placed=True))
+    view.act()
+    assert (view.fence.may, view.drafted.in_place, view.drafted.awaited) == (May.ALL, (1, 2, 3), set())
+
+
+def test_a_robot_is_told_that_a_turn_was_put_for_it_until_it_tells_a_newer_place() -> None:
+    view = with_turns()
+    view.answers.clear()
+    view.act()
+    assert view.answers[2].after_turn == 1
+    assert 4 not in view.answers
+    view.hear(2, report(2, BEHIND[2], number=5, turn=2, ended=1, placed=True))
+    view.act()
+    view.answers.clear()
+    view.act()
+    assert 2 not in view.answers
+
+
+def test_a_robot_that_reports_while_another_one_has_the_turn_gets_one_when_the_draft_has_begun_again() -> (
+    None
+):
+    view = reported(View(), 1, 2, 3)
+    view.act(until_s=LATE_S)
+    view.look()
+    view.act()
+    assert (view.fence.robot, reported(view, 4).drafted.order) == (2, (1, 2, 3))
+    view.hear(2, report(2, BEHIND[2], number=4, turn=1, ended=1, placed=True))
+    view.act()
+    assert (view.fence.may, view.drafted.awaited) == (May.NOBODY, {2}), "its place may be old"
+    view.hear(2, report(2, BEHIND[2], number=5, turn=2, ended=1, placed=True))
+    view.act()
+    assert view.drafted.order == (1, 2, 3, 4)
+
+
+def test_before_a_view_leaves_robots_out_it_waits_in_its_first_seconds_for_those_that_were_there_lately() -> (
+    None
+):
+    for went_s, until_s in ((None, TIMING.comes_back_s), (-0.4, TIMING.comes_back_s - 0.4), (-9.0, 0.0)):
+        view = View(Cause.NEIGHBOUR_LOST)
+        if went_s is not None:
+            view.suspicion.presence.go(4, "a", BEGAN_S + went_s)
+        reported(view, 1, 2, 3)
+        view.act(until_s=BEGAN_S + TIMING.reports_s + 0.1)
+        view.look(2)
+        view.act()
+        view.hear(3, report(3, START[3], number=4, turn=1, ended=1))
+        view.act(until_s=max(view.now_s, BEGAN_S + until_s - 0.3))
+        assert view.drafted.awaited == ({4} if until_s else set())
+        view.act(until_s=BEGAN_S + until_s + 0.3)
+        assert (view.fence.may, view.drafted.in_place) == (May.ALL, (1, 2))
+
+
+def test_a_newer_map_than_the_leaders_is_asked_of_the_robot_that_has_it_and_not_waited_for_long() -> None:
+    view = View(Cause.NEIGHBOUR_LOST)
+    view.hear(3, report(3, START[3], map_number=7))
+    reported(view, 1, 2, 4).look(2, 3, 4)
+    view.hear(3, report(3, START[3], number=3, map_number=7))
+    view.act()
+    assert {robot for robot, answer in view.answers.items() if answer.wants_map} == {3}
+    assert (view.fence.may, view.drafted.awaited) == (May.NOBODY, {3})
+    view.act(until_s=view.now_s + TIMING.looks_s + 0.2)
+    assert view.fence.may is May.ALL

@@ -3,16 +3,13 @@
 from collections.abc import Callable
 
 import pytest
-from msgspec.structs import replace
 
 from agents.coordinating.draft import Draft, NoTurn
-from agents.liveness.timing import Timing
 from protocol.fence import Cause, Epoch
 from protocol.frames import Point, Pose
 from protocol.wire.view import Former, Look, Report
 from tests.support.stages.one_step import under
 
-TIMING = Timing()
 GOAL = Point(x_m=9.0, y_m=0.0)
 EPOCH, BEFORE = Epoch(generation=2, robot=1, life=5), Epoch(generation=1, robot=1, life=5)
 QUEUE = {1: (3.0, 0.0), 2: (2.0, 0.0), 3: (1.0, 0.0), 4: (0.0, 0.0)}
@@ -23,7 +20,7 @@ Places = dict[int, tuple[float, float]]
 
 def drafted(*, robots: int = 4, cause: Cause = Cause.NEIGHBOUR_LOST, led: tuple[int, ...] = ()) -> Draft:
     mission = under("certified", robots=robots, robot_radius_m=0.1, goal=GOAL, goal_tolerance_m=0.1)
-    return Draft(mission, TIMING, cause, led)
+    return Draft(mission, cause, led)
 
 
 def reports(places: Places, former: Epoch | None = None, *stayed: int) -> Reports:
@@ -46,7 +43,7 @@ def sees(*clear: int, driven: tuple[int, ...] = ()) -> Callable[[int], Look]:
 
 
 def settled(draft: Draft, there: Reports, *clear: int, driven: tuple[int, ...] = ()) -> Draft:
-    draft.begin(there, {})
+    draft.begin(there, {}, ())
     assert draft.settle(there, sees(*clear, driven=driven))
     return draft
 
@@ -64,17 +61,17 @@ def test_who_has_the_turn_is_told_which_robots_stand_where_and_not_only_how_many
 
 @pytest.mark.parametrize(
     ("clear", "strand"),
-    [((2, 3, 4), [1, 2, 3, 4]), ((2, 3), [1, 2, 3]), ((2, 4), [1, 2]), ((3, 4), [1]), ((), [1])],
+    [((2, 3, 4), (1, 2, 3, 4)), ((2, 3), (1, 2, 3)), ((2, 4), (1, 2)), ((3, 4), (1,)), ((), (1,))],
 )
 def test_in_place_are_those_up_to_the_first_leg_that_is_not_clear(
-    clear: tuple[int, ...], strand: list[int]
+    clear: tuple[int, ...], strand: tuple[int, ...]
 ) -> None:
     assert settled(drafted(), reports(QUEUE), *clear).strand == strand
 
 
 def test_in_place_are_those_up_to_the_first_that_folds_back() -> None:
     folded = reports({1: (3.0, 0.0), 2: (2.0, 0.0), 3: (1.99, 0.5), 4: (3.0, 0.1)})
-    assert settled(drafted(), folded, 2, 3, 4).strand != [1, 2, 3, 4]
+    assert settled(drafted(), folded, 2, 3, 4).strand != (1, 2, 3, 4)
 
 
 def hairpin(apart_m: float, *, front_m: float = 0.0) -> Places:
@@ -84,25 +81,25 @@ def hairpin(apart_m: float, *, front_m: float = 0.0) -> Places:
 
 def test_robots_whose_legs_were_driven_stay_in_place_though_the_strand_folds_back_by_the_tolerance() -> None:
     there = reports(hairpin(NEAREST_M + 0.001), BEFORE, 1, 2, 3, 4)
-    assert settled(drafted(), there, 2, 3, 4).strand == [1, 2]
-    assert settled(drafted(), there, driven=(2, 3, 4)).strand == [1, 2, 3, 4]
+    assert settled(drafted(), there, 2, 3, 4).strand == (1, 2)
+    assert settled(drafted(), there, driven=(2, 3, 4)).strand == (1, 2, 3, 4)
 
 
 def test_driven_legs_of_several_strands_that_fold_back_further_are_no_strand() -> None:
     there = reports(hairpin(NEAREST_M - 0.001), BEFORE, 1, 2, 3, 4)
-    assert settled(drafted(), there, driven=(2, 3, 4)).strand == [1, 2]
+    assert settled(drafted(), there, driven=(2, 3, 4)).strand == (1, 2)
 
 
 def test_a_robot_that_has_led_leads_again_over_driven_legs_though_the_strand_folds_back() -> None:
     there = reports(hairpin(NEAREST_M + 0.001, front_m=0.6), BEFORE, 2, 3, 4)
-    assert settled(drafted(), there, driven=(2, 3, 4)).strand == [1, 2, 3, 4]
+    assert settled(drafted(), there, driven=(2, 3, 4)).strand == (1, 2, 3, 4)
 
 
 def test_a_robot_that_came_to_a_place_by_a_turn_is_in_place_behind_those() -> None:
     draft = settled(drafted(), reports(QUEUE), 2)
     draft.end_turn(4, placed=True)
     draft.end_turn(3, placed=True)
-    assert draft.strand == [1, 2, 4, 3]
+    assert draft.strand == (1, 2, 4, 3)
 
 
 def test_places_in_the_newest_strand_or_draft_count_and_older_ones_do_not() -> None:
@@ -110,7 +107,7 @@ def test_places_in_the_newest_strand_or_draft_count_and_older_ones_do_not() -> N
         robot: report for robot, report in reports(QUEUE, BEFORE, 1, 2).items() if robot in (1, 2)
     }
     draft = drafted()
-    draft.begin(there, {})
+    draft.begin(there, {}, ())
     assert [robot for robot in draft.order if robot in (3, 4)] == [3, 4]
 
 
@@ -118,18 +115,18 @@ def test_where_a_strand_has_dissolved_no_places_count() -> None:
     there = reports(QUEUE, BEFORE, 4, 3, 2, 1)
     kept, dissolved = drafted(), drafted(cause=Cause.BLOCKED)
     for draft in (kept, dissolved):
-        draft.begin(there, {})
+        draft.begin(there, {}, ())
     assert (kept.order, dissolved.order) == ((4, 3, 2, 1), (1, 2, 3, 4))
 
 
 def test_a_robot_in_front_leads_those_that_have_stayed_only_if_nobody_has_to_move_for_that() -> None:
     there = reports(QUEUE, BEFORE, 2, 3)
-    assert settled(drafted(), there, 2, 3, 4, driven=(3,)).strand == [1, 2, 3, 4]
+    assert settled(drafted(), there, 2, 3, 4, driven=(3,)).strand == (1, 2, 3, 4)
     draft = drafted()
-    draft.begin(there, {})
+    draft.begin(there, {}, ())
     assert draft.order[:3] == (1, 2, 3)
     assert not draft.settle(there, sees(4, driven=(3,))), "robot 2 does not see its way to robot 1"
-    draft.begin(there, {})
+    draft.begin(there, {}, ())
     assert draft.order[:2] == (2, 3)
 
 
@@ -139,12 +136,11 @@ def test_robots_in_place_stay_so_until_another_order_is_settled() -> None:
     draft.end_turn(4, placed=True)
     draft.end_turn(3, placed=True)
     there |= reports({5: (4.0, 0.0)})
-    draft.admit()
-    draft.begin(there, {})
+    draft.begin(there, {}, ())
     assert draft.order[0] == 5
-    assert draft.strand == [1, 2, 4, 3], "what robots are told while they look"
+    assert draft.strand == (1, 2, 4, 3), "what robots are told while they look"
     assert not draft.settle(there, sees(3, 4, 2)), "robot 1 does not see its way to robot 5"
-    draft.begin(there, {})
+    draft.begin(there, {}, ())
     assert draft.order == (1, 2, 4, 3, 5)
 
 
@@ -154,29 +150,28 @@ def test_robots_in_place_stay_so_until_another_order_is_settled() -> None:
 def test_the_turn_goes_to_the_nearest_that_is_not_in_place_and_has_not_had_one_in_vain() -> None:
     there, draft = reports(QUEUE), drafted()
     settled(draft, there, 2)
-    assert draft.next(there, 0.0, others_may_come_back=False) == 3
+    assert draft.next(there, others_may_come_back=False) == 3
     draft.end_turn(3, placed=False)
-    assert draft.next(there, 0.0, others_may_come_back=False) == 4
+    assert draft.next(there, others_may_come_back=False) == 4
 
 
 def test_a_draft_that_begins_again_with_the_same_strand_repeats_no_turn_that_was_in_vain() -> None:
     there, draft = reports(QUEUE), drafted()
     settled(draft, there, 2)
     draft.end_turn(3, placed=False)
-    draft.admit()
     settled(draft, there, 2)
-    assert draft.next(there, 0.0, others_may_come_back=False) == 4
+    assert draft.next(there, others_may_come_back=False) == 4
     settled(draft, there)
-    assert draft.next(there, 0.0, others_may_come_back=False) == 2, "behind another strand all may try"
+    assert draft.next(there, others_may_come_back=False) == 2, "behind another strand all may try"
     draft.end_turn(2, placed=False)
-    assert draft.next(there, 0.0, others_may_come_back=False) == 3
+    assert draft.next(there, others_may_come_back=False) == 3
 
 
 def test_when_a_robot_comes_to_a_place_all_others_may_have_a_turn_again() -> None:
     there, draft = reports(QUEUE), settled(drafted(), reports(QUEUE), 2)
     draft.end_turn(3, placed=False)
     draft.end_turn(4, placed=True)
-    assert draft.next(there, 0.0, others_may_come_back=False) == 3
+    assert draft.next(there, others_may_come_back=False) == 3
 
 
 def test_of_robots_that_all_had_a_turn_in_vain_the_last_is_the_first_behind_another_strand() -> None:
@@ -184,16 +179,16 @@ def test_of_robots_that_all_had_a_turn_in_vain_the_last_is_the_first_behind_anot
     there = reports(QUEUE)
     draft = settled(drafted(), there)
     for robot in (2, 3):
-        assert draft.next(there, 0.0, others_may_come_back=False) == robot
+        assert draft.next(there, others_may_come_back=False) == robot
         draft.end_turn(robot, placed=False)
     draft.end_turn(4, placed=True)
-    assert draft.next(there, 0.0, others_may_come_back=False) == 3
+    assert draft.next(there, others_may_come_back=False) == 3
 
 
 def test_a_draft_is_done_when_all_are_in_place() -> None:
     there = reports(QUEUE)
     draft = settled(drafted(), there, 2, 3, 4)
-    assert draft.next(there, 0.0, others_may_come_back=False) == NoTurn.DONE
+    assert draft.next(there, others_may_come_back=False) == NoTurn.DONE
 
 
 # --- rule 3: other leaders ------------------------------------------------------------------------------
@@ -209,7 +204,7 @@ def tried(draft: Draft, there: Reports) -> list[int]:
     """Who leads, until the draft is done, where all turns are in vain."""
     led = [settled(draft, there).strand[0]]
     for _ in range(200):
-        match draft.next(there, 0.0, others_may_come_back=False):
+        match draft.next(there, others_may_come_back=False):
             case int(robot):
                 draft.end_turn(robot, placed=False)
             case NoTurn.BEGIN:
@@ -236,15 +231,15 @@ def test_where_that_is_in_vain_the_nearest_to_the_goal_leads_that_has_not(
 def test_those_in_place_go_on_at_once_if_nobody_is_nearer_to_the_goal(in_place: tuple[int, ...]) -> None:
     there = reports(QUEUE)
     draft = in_vain(settled(drafted(), there, *in_place), *(set(QUEUE) - {1, *in_place}))
-    assert draft.next(there, 0.0, others_may_come_back=False) == NoTurn.DONE
-    assert draft.strand == [1, *in_place]
+    assert draft.next(there, others_may_come_back=False) == NoTurn.DONE
+    assert draft.strand == (1, *in_place)
 
 
 def test_one_that_has_led_in_vain_does_not_count_though_it_stands_nearer_to_the_goal() -> None:
     there = reports(QUEUE)
     draft = settled(drafted(cause=Cause.NO_WAY, led=(1,)), there)
-    assert draft.strand == [2]
-    while (following := draft.next(there, 0.0, others_may_come_back=False)) is not NoTurn.DONE:
+    assert draft.strand == (2,)
+    while (following := draft.next(there, others_may_come_back=False)) is not NoTurn.DONE:
         if isinstance(following, int):
             draft.end_turn(following, placed=following != 1)
     assert draft.strand[0] == 2
@@ -253,18 +248,13 @@ def test_one_that_has_led_in_vain_does_not_count_though_it_stands_nearer_to_the_
 # --- rule 4: others are waited for ----------------------------------------------------------------------
 
 
-def test_robots_that_may_come_back_are_waited_for_once() -> None:
+def test_robots_that_may_come_back_are_waited_for_before_the_strand_goes_on_without_one_of_the_others() -> (
+    None
+):
     there = reports({robot: QUEUE[robot] for robot in (1, 2, 3)})
     draft = in_vain(settled(drafted(), there, 2), 3)
-    for now_s in (0.0, TIMING.comes_back_s - 0.1):
-        assert draft.next(there, now_s, others_may_come_back=True) == NoTurn.WAIT
-    assert draft.next(there, TIMING.comes_back_s, others_may_come_back=True) == NoTurn.DONE
-
-
-def test_robots_that_have_gone_for_long_are_not_waited_for() -> None:
-    there = reports({robot: QUEUE[robot] for robot in (1, 2, 3)})
-    draft = in_vain(settled(drafted(), there, 2), 3)
-    assert draft.next(there, 0.0, others_may_come_back=False) == NoTurn.DONE
+    assert draft.next(there, others_may_come_back=True) == NoTurn.WAIT
+    assert draft.next(there, others_may_come_back=False) == NoTurn.DONE
 
 
 # --- rule 5: letting in -----------------------------------------------------------------------------------
@@ -273,57 +263,7 @@ def test_robots_that_have_gone_for_long_are_not_waited_for() -> None:
 def test_a_strand_goes_on_as_it_was_if_a_robot_that_asks_to_be_let_in_finds_no_way() -> None:
     there = reports(QUEUE, BEFORE, 1, 2, 3)
     draft = settled(drafted(cause=Cause.PLEA), there, driven=(2, 3))
-    assert draft.next(there, 0.0, others_may_come_back=True) == 4
+    assert draft.next(there, others_may_come_back=True) == 4
     draft.end_turn(4, placed=False)
-    assert draft.next(there, 0.0, others_may_come_back=True) == NoTurn.DONE
-    assert draft.strand == [1, 2, 3]
-
-
-# --- rule 6: making room --------------------------------------------------------------------------------
-
-
-def at_the_goal(there: Reports, leader: int) -> Reports:
-    return {**there, leader: replace(there[leader], arrived=True)}
-
-
-def test_where_the_leader_has_arrived_a_robot_without_a_way_may_come_before_the_last_in_place() -> None:
-    there = at_the_goal(reports(QUEUE), 1)
-    draft = in_vain(settled(drafted(), there, 2, 3), 4)
-    assert draft.next(there, 0.0, others_may_come_back=False) == 4
-    assert (draft.front, draft.strand) == ([1, 2], [1, 2, 3])
-    draft.end_turn(4, placed=True)
-    assert (draft.strand, draft.front) == ([1, 2, 4], [1, 2, 4])
-    assert draft.next(there, 0.0, others_may_come_back=False) == 3
-    draft.end_turn(3, placed=True)
-    assert draft.next(there, 0.0, others_may_come_back=False) == NoTurn.DONE
-    assert draft.strand == [1, 2, 4, 3]
-
-
-def test_the_last_in_place_keeps_its_place_and_its_leg_where_nobody_comes_before_it() -> None:
-    there = at_the_goal(reports(QUEUE, BEFORE, 1, 2, 3), 1)
-    draft = in_vain(settled(drafted(), there, driven=(2, 3)), 4)
-    assert draft.next(there, 0.0, others_may_come_back=False) == 4
-    draft.end_turn(4, placed=False)
-    assert draft.next(there, 0.0, others_may_come_back=False) == NoTurn.DONE
-    assert (draft.strand, set(draft.legs)) == ([1, 2, 3], {2, 3})
-
-
-def test_room_is_made_once_where_no_more_robots_come_in_place_by_it() -> None:
-    there = at_the_goal(reports(QUEUE), 1)
-    draft = in_vain(settled(drafted(), there, 2), 3, 4)
-    turns: list[int] = []
-    while isinstance(following := draft.next(there, 0.0, others_may_come_back=False), int):
-        turns.append(following)
-        draft.end_turn(following, placed=draft.front == [1])
-    assert following == NoTurn.DONE
-    assert turns == [4, 3, 2]
-    assert draft.strand == [1, 4]
-
-
-@pytest.mark.parametrize("in_place", [(), (2, 3)])
-def test_a_leader_on_its_way_and_one_that_stands_alone_let_nobody_come_between(
-    in_place: tuple[int, ...],
-) -> None:
-    there = reports(QUEUE) if in_place else at_the_goal(reports(QUEUE), 1)
-    draft = in_vain(settled(drafted(), there, *in_place), *(set(QUEUE) - {1, *in_place}))
-    assert draft.next(there, 0.0, others_may_come_back=False) == NoTurn.DONE
+    assert draft.next(there, others_may_come_back=True) == NoTurn.DONE
+    assert draft.strand == (1, 2, 3)

@@ -23,7 +23,7 @@ QUEUE = {1: report(2.0), 2: report(1.0), 3: report(0.0)}
 
 def asked() -> Questions:
     questions = Questions(MISSION, TIMING)
-    assert questions.ask_about_legs(ORDER, QUEUE, 0.0, turn=0, keeps=True) == [2, 3]
+    assert questions.ask(ORDER, QUEUE, 0.0, turn=0, keeps=True) == [2, 3]
     return questions
 
 
@@ -51,12 +51,12 @@ def test_an_answer_counts_if_it_is_to_the_newest_question() -> None:
 def test_all_are_answered_when_each_has_or_was_waited_for_long_enough() -> None:
     questions = asked()
     for robot in (2, 3):
-        assert not questions.are_answered(TIMING.looks_s)
+        assert questions.awaited(TIMING.looks_s)
         question = questions.pending(robot)
         assert question is not None
         questions.hear(robot, Look(number=question.number, clear=True))
-    assert questions.are_answered(0.0)
-    assert asked().are_answered(TIMING.looks_s + 0.1)
+    assert not questions.awaited(0.0)
+    assert not asked().awaited(TIMING.looks_s + 0.1)
     assert not asked().sees(2).clear, "a robot that does not answer does not see its way"
 
 
@@ -66,12 +66,12 @@ def test_a_robot_that_owes_an_answer_is_not_waited_for_anew_when_its_question_ch
     assert question is not None
     late_s = TIMING.looks_s + 0.1
     questions.hear(3, Look(number=question.number, clear=True))
-    assert set(questions.ask_about_legs((1, 3, 2), QUEUE, late_s, turn=0, keeps=True)) == {2, 3}
-    assert not questions.are_answered(late_s), "the one that had answered has all its time"
+    assert set(questions.ask((1, 3, 2), QUEUE, late_s, turn=0, keeps=True)) == {2, 3}
+    assert questions.awaited(late_s), "the one that had answered has all its time"
     question = questions.pending(3)
     assert question is not None
     questions.hear(3, Look(number=question.number, clear=True))
-    assert questions.are_answered(late_s), "the other one has had its time"
+    assert not questions.awaited(late_s), "the other one has had its time"
 
 
 def test_the_same_question_is_not_asked_again_while_both_stand_where_they_stood() -> None:
@@ -79,9 +79,9 @@ def test_the_same_question_is_not_asked_again_while_both_stand_where_they_stood(
     question = questions.pending(2)
     assert question is not None
     questions.hear(2, Look(number=question.number, clear=True))
-    assert questions.ask_about_legs(ORDER, QUEUE, 1.0, turn=0, keeps=True) == []
+    assert questions.ask(ORDER, QUEUE, 1.0, turn=0, keeps=True) == []
     assert questions.sees(2).clear
-    assert questions.ask_about_legs(ORDER, {**QUEUE, 1: report(2.5)}, 2.0, turn=0, keeps=True) == [2]
+    assert questions.ask(ORDER, {**QUEUE, 1: report(2.5)}, 2.0, turn=0, keeps=True) == [2]
     assert not questions.sees(2).clear, "the robot ahead has moved: it has to look anew"
 
 
@@ -92,14 +92,14 @@ def test_after_a_turn_legs_are_looked_at_anew_unless_they_have_been_driven() -> 
         question = questions.pending(robot)
         assert question is not None
         questions.hear(robot, Look(number=question.number, clear=True, way=way))
-    assert questions.ask_about_legs(ORDER, QUEUE, 1.0, turn=0, keeps=True) == []
-    assert questions.ask_about_legs(ORDER, QUEUE, 1.0, turn=1, keeps=True) == [2]
+    assert questions.ask(ORDER, QUEUE, 1.0, turn=0, keeps=True) == []
+    assert questions.ask(ORDER, QUEUE, 1.0, turn=1, keeps=True) == [2]
     assert not questions.sees(2).clear, "a robot may stand on its leg"
 
 
 def test_a_robot_that_has_another_robot_ahead_is_asked_anew() -> None:
     questions = asked()
-    assert set(questions.ask_about_legs((2, 1, 3), QUEUE, 1.0, turn=0, keeps=True)) == {1, 3}
+    assert set(questions.ask((2, 1, 3), QUEUE, 1.0, turn=0, keeps=True)) == {1, 3}
     assert questions.pending(2) is None
 
 
@@ -108,7 +108,7 @@ def test_places_in_former_strands_are_told_only_where_they_count() -> None:
     there = {**QUEUE, 1: report(2.0, formers=(former,))}
     for keeps, formers in ((True, (former,)), (False, ())):
         questions = Questions(MISSION, TIMING)
-        questions.ask_about_legs(ORDER, there, 0.0, turn=0, keeps=keeps)
+        questions.ask(ORDER, there, 0.0, turn=0, keeps=keeps)
         question = questions.pending(2)
         assert question is not None
         assert question.formers == formers
@@ -116,7 +116,7 @@ def test_places_in_former_strands_are_told_only_where_they_count() -> None:
 
 def test_without_a_goal_all_are_asked_how_far_off_the_nearest_obstacle_is() -> None:
     questions = Questions(MISSION, TIMING)
-    assert questions.ask_about_obstacles(QUEUE, 0.0, turn=0) == [1, 2, 3]
+    assert questions.ask((), QUEUE, 0.0, turn=0, keeps=True) == [1, 2, 3]
     question = questions.pending(1)
     assert question is not None
     assert question.place is None
@@ -126,17 +126,17 @@ def test_without_a_goal_all_are_asked_how_far_off_the_nearest_obstacle_is() -> N
 
 def test_a_robot_that_is_dropped_is_not_waited_for() -> None:
     questions = asked()
-    questions.ask_about_legs((1,), {1: QUEUE[1]}, 1.0, turn=0, keeps=True)
-    assert questions.are_answered(1.0)
-    questions.ask_about_obstacles(QUEUE, 2.0, turn=0)
-    assert questions.ask_about_obstacles({}, 3.0, turn=0) == []
-    assert questions.are_answered(3.0)
+    questions.ask((1,), {1: QUEUE[1]}, 1.0, turn=0, keeps=True)
+    assert not questions.awaited(1.0)
+    questions.ask((), QUEUE, 2.0, turn=0, keeps=True)
+    assert questions.ask((), {}, 3.0, turn=0, keeps=True) == []
+    assert not questions.awaited(3.0)
 
 
 def test_no_more_robots_are_named_than_a_question_holds() -> None:
     many = {robot: report(robot / 1000.0) for robot in range(1, 101)}
     questions = Questions(under("certified", robots=100, robot_radius_m=0.1), TIMING)
-    questions.ask_about_legs(tuple(many), many, 0.0, turn=0, keeps=True)
+    questions.ask(tuple(many), many, 0.0, turn=0, keeps=True)
     question = questions.pending(50)
     assert question is not None
     assert len(question.others) == 64

@@ -4,6 +4,7 @@ import pytest
 
 from agents.commands import Say
 from agents.coordinating.agreeing import Agreement, Intent
+from agents.coordinating.draft import Draft
 from agents.coordinating.questions import Questions
 from agents.coordinating.reported import Reported
 from agents.coordinating.telling import Telling
@@ -27,21 +28,22 @@ def report(robot: int) -> Report:
 
 def told(had_turn: set[int], *, is_made: bool) -> dict[int, Answer]:
     """The answers when all have reported; robots 1 and 2 are in the formation, once it is made."""
-    reported, turns = Reported(Suspicion(TIMING), 0.0), Turns(EPOCH, TIMING, 0.0)
+    reported, turns = Reported(Suspicion(TIMING), 3, 0.0), Turns(EPOCH, TIMING, 0.0)
     for robot in (*PLACED, OTHER):
         reported.hear(robot, report(robot), 0.0, closed=False)
         reported.count(robot, report(robot))
     for number, robot in enumerate(sorted(had_turn)):
         turns.put(Fence(epoch=EPOCH, turn=number), 0.0, may=May.ONE, robot=robot, life=robot)
-    questions = Questions(under("certified", robots=3), TIMING)
-    telling = Telling(EPOCH, TIMING, reported, questions, turns)
+    mission = under("certified", robots=3)
+    draft = Draft(mission, Cause.START, strand=PLACED)
+    telling = Telling(EPOCH, TIMING, reported, Questions(mission, TIMING), turns, draft)
     if is_made:
         agreement = Agreement(1, EPOCH, Intent(Cause.START), sensed=False)
         telling.tell(agreement.drafted(PLACED, {}, reported.counted, turn=9), 0.0)
     odometry = Odometry(
         n=1, t_s=0.0, pose=report(1).place, moving=False, finished=0, fence=Fence(), phase=Phase.RUNNING
     )
-    said = telling.act(odometry, 0.0, strand=PLACED, join=None)
+    said = telling.act(odometry, 0.0, join=None, map_from=None)
     answers = {each.robot: each.said for each in said if isinstance(each, Say)}
     assert telling.stranded == {robot for robot, each in answers.items() if _is_told_so(each)}
     return {robot: each for robot, each in answers.items() if isinstance(each, Answer)}
