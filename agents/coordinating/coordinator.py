@@ -116,14 +116,14 @@ class Coordinator:
                 return self._reported.awaited(self._turns, now_s, is_late=is_late)
             case Phase.LOOKING:
                 return self._questions.awaited(now_s)
+            case Phase.TURNING if self._turns.holder:
+                return {self._turns.holder}
             case Phase.TURNING:
-                return {self._turns.holder} if self._turns.holder else self._may_come_back(now_s)
+                return self._reported.old({self._robot}, self._turns) or self._may_come_back(now_s)
             case Phase.CLOSING:
-                old, robot = self._reported.old(self._draft.strand, self._turns), self._map_from
+                old = self._reported.old(self._draft.strand, self._turns)
                 is_late = now_s - self._since_s > self._timing.looks_s
-                if robot is not None and self._reports[robot].seen is None and not is_late:
-                    return old | {robot}
-                return old
+                return old if is_late else old | {r for r in self._map_from if self._reports[r].seen is None}
             case Phase.FORMED:
                 return frozenset()
 
@@ -134,12 +134,13 @@ class Coordinator:
         return self._reported.missing(now_s - comes_back_s) if waits else frozenset()
 
     @property
-    def _map_from(self) -> int | None:
-        """CLOSING: the robot that is to tell its map, since the leader has an older one."""
+    def _map_from(self) -> Set[int]:
+        """CLOSING: the robot that is to tell its map, if the leader has an older one."""
         if self.phase is not Phase.CLOSING:
-            return None
+            return frozenset()
         robot, leader = newest_map(self._reports), self._draft.strand[0]
-        return robot if self._reports[robot].map_number > self._reports[leader].map_number else None
+        is_newer = self._reports[robot].map_number > self._reports[leader].map_number
+        return frozenset({robot} if is_newer else ())
 
     def _go_on(self, fence: Fence, now_s: float) -> list[Command]:
         for robot in self._reported.lost(self._robot, now_s):
@@ -180,8 +181,8 @@ class Coordinator:
             return []
         if self.phase is Phase.TURNING and reports.keys() - {*draft.order}:  # another robot has reported
             self._enter(Phase.GATHERING, now_s)
-        if self.phase is Phase.GATHERING:
-            return self._take_back(fence, now_s)
+        if self.phase is Phase.GATHERING or self._reported.old({self._robot}, self._turns):
+            return self._take_back(fence, now_s)  # the next robot is to know where this one stands
         match draft.next(reports, others_may_come_back=bool(self._may_come_back(now_s))):
             case int(robot):
                 join = draft.join(robot, reports, fence.turn + 1)
@@ -214,7 +215,6 @@ class Coordinator:
             return False
         if fence.robot == self._robot:
             self._draft.end_turn(self._robot, placed=False)
-            self._enter(Phase.GATHERING, now_s)  # where it stands now, it has yet to report
         else:
             self._suspicion.blame(fence.robot, now_s, penalty=SLOW_PENALTY)
             self._drop(fence.robot, now_s)

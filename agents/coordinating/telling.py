@@ -6,6 +6,7 @@ Rule 2 (liveness): it does not wait for reports to answer, but repeats its news:
         robot tells a newer place; that a map is wanted until it comes; the formation for a short time.
 """
 
+from collections.abc import Set
 from dataclasses import dataclass
 
 from agents.commands import Command, Say
@@ -49,7 +50,7 @@ class Telling:
         return [Say(robot, piece) for robot in plan.order for piece in plan.pieces(robot)]
 
     def act(
-        self, odometry: Odometry, now_s: float, *, join: Join | None, map_from: int | None
+        self, odometry: Odometry, now_s: float, *, join: Join | None, map_from: Set[int]
     ) -> list[Command]:
         """Answer all reports, and repeat news if it is time.
 
@@ -57,7 +58,7 @@ class Telling:
             odometry: the coordinator's newest.
             now_s: the time.
             join: what the robot that has the turn is to know.
-            map_from: the robot that is to tell its map.
+            map_from: the robot that is to tell its map, if there is one.
         """
         if is_due(last_s=self._news_at_s, every_s=self.timing.report_s, now_s=now_s):
             self._news_at_s = now_s
@@ -68,11 +69,11 @@ class Telling:
             if self.plan is not None and self.plan.lives.get(robot) == report.life:
                 commands += [Say(robot, piece) for piece in self.plan.pieces(robot)]
             else:
-                answer = self._answer(robot, report, join=join, wants_map=robot == map_from)
+                answer = self._answer(robot, report, join=join, wants_map=robot in map_from)
                 commands.append(Say(robot, answer))
         return commands
 
-    def _hear_no_news(self, odometry: Odometry, now_s: float, map_from: int | None) -> set[int]:
+    def _hear_no_news(self, odometry: Odometry, now_s: float, map_from: Set[int]) -> set[int]:
         """Rule 2: the robots that may not have heard their news."""
         counted = self.reported.counted
         if self.plan is not None:
@@ -81,7 +82,7 @@ class Telling:
         news |= self.reported.old(counted.keys(), self.turns) - {self.turns.holder}
         if odometry.stood_s >= self.timing.put_s:
             news |= {odometry.fence.robot} & counted.keys()
-        return news if map_from is None or counted[map_from].seen is not None else news | {map_from}
+        return news | {robot for robot in map_from if counted[robot].seen is None}
 
     def _answer(self, robot: int, report: Report, *, join: Join | None, wants_map: bool) -> Answer:
         has_turn, strand = self.turns.holder == robot, self.draft.strand

@@ -43,7 +43,7 @@ def told(had_turn: set[int], *, is_made: bool) -> dict[int, Answer]:
     odometry = Odometry(
         n=1, t_s=0.0, pose=report(1).place, moving=False, finished=0, fence=Fence(), phase=Phase.RUNNING
     )
-    said = telling.act(odometry, 0.0, join=None, map_from=None)
+    said = telling.act(odometry, 0.0, join=None, map_from=frozenset())
     answers = {each.robot: each.said for each in said if isinstance(each, Say)}
     assert telling.stranded == {robot for robot, each in answers.items() if _is_told_so(each)}
     return {robot: each for robot, each in answers.items() if isinstance(each, Answer)}
