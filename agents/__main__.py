@@ -1,17 +1,20 @@
 """`python -m agents`: one robot, or a host of several."""
 
-import argparse
-import sys
-from pathlib import Path
+from protocol.process.loading import loading
 
-from agents.process.host import Crew, Orders, run_host, run_robot, say
-from protocol.errors import UsageError
-from protocol.exit_codes import ExitCode
-from protocol.faults.plan import NO_FAULTS
-from protocol.frames import ROBOTS_MAX
-from protocol.law_files import look_in
-from protocol.network.faulty_transport import Conditions
-from protocol.run_settings import read_plan, read_settings
+with loading():
+    import argparse
+    import sys
+    from pathlib import Path
+
+    from agents.process.host import Crew, Orders, run_host, run_robot, say
+    from protocol.errors import UsageError
+    from protocol.exit_codes import ExitCode
+    from protocol.faults.plan import NO_FAULTS
+    from protocol.frames import ROBOTS_MAX
+    from protocol.law_files import look_in
+    from protocol.network.faulty_transport import Conditions
+    from protocol.run_settings import read_plan, read_settings
 
 STDIN = 0
 

@@ -1,13 +1,19 @@
 """The command line for people: `launch/clew`, and `clew` inside the environment.
 
 Data goes to stdout, everything else to stderr. docs/run.md lists the exit codes.
+
+A Ctrl-C is heard while a verb is loaded and does its work. One that comes before waits until then; one that
+comes later changes nothing.
 """
 
-from protocol.process.loading import loading
-from protocol.process.streams import open_streams, outlive_readers
+from protocol.process.loading import hold_interrupts, interruptible, loading
 
-open_streams()
+if __name__ == "__main__":
+    hold_interrupts()
 with loading():
+    from protocol.process.streams import open_streams, outlive_readers
+
+    open_streams()
     import contextlib
     import errno
     import os
@@ -96,7 +102,7 @@ class _Verbs(LateGroup):
 
     def invoke(self, ctx: click.Context) -> object:
         try:
-            with _one_line():
+            with interruptible(), _one_line():
                 return super().invoke(ctx)
         except UsageError as error:
             raise _Refusal("\n".join(map(plain, str(error).splitlines()))) from error

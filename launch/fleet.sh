@@ -12,4 +12,4 @@ done
 source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/setup.sh"
 
 set_up run
-exec "$python" -m clew.cli run "$@"
+clew_become run "$@"

@@ -34,6 +34,14 @@ export PYTHONPATH=$clew_root${PYTHONPATH:+:$PYTHONPATH} PYTHONSAFEPATH=1
 # Five processes on two cores: numpy's own threads only get in each other's way.
 export OPENBLAS_NUM_THREADS=1
 
+# clew_become ARGUMENTS: the command line takes our place. A Ctrl-C waits until it can say how it ends: while Python
+# itself starts, it would print a traceback (protocol/process/loading.py). `env` of coreutils 8.31 or newer can do that.
+clew_become() {
+    local held=()
+    ! env --block-signal=INT true 2>/dev/null || held=(env --block-signal=INT)
+    exec "${held[@]}" "$python" -m clew.cli "$@"
+}
+
 # Prints what the stamp of an up-to-date environment says; fails where the environment's Python does not run.
 clew_stamp() {
     local version

@@ -1,19 +1,22 @@
 """`python -m protocol`: the fleet's router."""
 
-import argparse
-import asyncio
-import sys
-from pathlib import Path
+from protocol.process.loading import loading
 
-import msgspec
+with loading():
+    import argparse
+    import asyncio
+    import sys
+    from pathlib import Path
 
-from protocol.errors import UsageError
-from protocol.exit_codes import ExitCode
-from protocol.network.router import open_router
-from protocol.network.session import ROUTERS_MAX, RouterSession, read_router_session
-from protocol.plain import plain
-from protocol.process.allocation import allocate_from_one_arena
-from protocol.process.ending import until_ended
+    import msgspec
+
+    from protocol.errors import UsageError
+    from protocol.exit_codes import ExitCode
+    from protocol.network.router import open_router
+    from protocol.network.session import ROUTERS_MAX, RouterSession, read_router_session
+    from protocol.plain import plain
+    from protocol.process.allocation import allocate_from_one_arena
+    from protocol.process.ending import until_ended
 
 STDIN = 0
 

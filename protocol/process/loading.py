@@ -1,4 +1,9 @@
-"""Ctrl-C while a program loads its modules: it ends the process, without the traceback of an import."""
+"""Ctrl-C while a program starts: it ends the process, without the traceback of an import.
+
+Rule 1: a program may hold interrupts back from its first line on, or be started with SIGINT blocked, as our
+        scripts do: before its first line Python itself would print a traceback, and exit with 1.
+Rule 2: what is held back is heard as soon as something is done that can be interrupted.
+"""
 
 import signal
 from collections.abc import Iterator
@@ -17,3 +22,18 @@ def loading() -> Iterator[None]:
     finally:
         if ours:
             signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def hold_interrupts() -> None:
+    """Hold SIGINT back from now on (rule 1)."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """In this context SIGINT is heard, also one that was held back; afterwards it is held back as before."""
+    before = signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

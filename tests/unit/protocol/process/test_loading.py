@@ -17,11 +17,11 @@ from tests.support.deadline import DEADLINE_S
 INTERRUPTED = "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n"
 
 
-@pytest.mark.parametrize(("program", "loads"), [("clew.cli", "click"), ("world", "argparse")])
+@pytest.mark.parametrize("program", ["agents", "protocol", "world"])
 def test_ctrl_c_while_a_program_loads_ends_it_by_this_signal_without_a_word(
-    tmp_path: Path, program: str, loads: str
+    tmp_path: Path, program: str
 ) -> None:
-    (tmp_path / f"{loads}.py").write_text(INTERRUPTED)
+    (tmp_path / "argparse.py").write_text(INTERRUPTED)
     path = os.pathsep.join((str(tmp_path), str(ROOT)))
     said = subprocess.run(
         [sys.executable, "-m", program],
