@@ -14,11 +14,9 @@ from collections.abc import Iterator, Sequence
 from msgspec.structs import replace
 
 from protocol.errors import UsageError
-from protocol.faults.ended import Ended
 from protocol.faults.fit import misfits
 from protocol.faults.plan import Plan
 from protocol.faults.process_faults import ProcessAction, ProcessFault, ProcessFaults
-from protocol.faults.roles import Roles
 from protocol.faults.rules import GIVEN_MAX, MessageRule, ProcessRule, Restart, Rule, Thaw
 from protocol.keys import WORLD, robot_name
 from protocol.timeline import Entry, FaultInjected, RobotStarted, WorldResumed
@@ -51,11 +49,9 @@ class RunFaults:
         self._robots = robots
         self._planned = ProcessFaults(plan, seed)
         self._seed = seed
-        self._roles = Roles()
         self._manual: list[ProcessFaults] = []
         self._rules: tuple[Rule, ...] = ()
         self._struck: dict[str, None] = {}
-        self._ended = Ended(plan.rules)
         self._last_action: dict[str, str] = {}
         """The last action on each process that stopped it or had it go on."""
         self._slow_s: dict[str, float] = {}
@@ -81,8 +77,6 @@ class RunFaults:
     def hear(self, source: str, entry: Entry) -> None:
         """Process a timeline entry."""
         step = self._planned.step
-        self._roles.hear(source, entry)
-        self._ended.hear(source, entry)
         for faults in (self._planned, *self._manual):
             faults.hear(source, entry)
         match entry.record:
@@ -139,7 +133,7 @@ class RunFaults:
         name, rules = self.resolve(rule, now_s=now_s, for_s=for_s)
         if isinstance(rule, ProcessRule):
             plan = Plan(name=name, rules=rules)
-            self._manual.append(ProcessFaults(plan, self._seed, frozen=self._ended.frozen))
+            self._manual.append(ProcessFaults(plan, self._seed, frozen=self._planned.ended.frozen))
         else:
             kept = self._active(now_s)
             if len(kept) == GIVEN_MAX:
@@ -147,7 +141,6 @@ class RunFaults:
             if not fits(((*kept, *rules), self._names)):
                 raise UsageError("the rules that were given do not fit into one message; end some first")
             self._rules = (*kept, *rules)
-            self._ended.expect(rules)
             for each in (self._planned, *self._manual):
                 each.expect(rules)
             self._news += 1
@@ -170,7 +163,7 @@ class RunFaults:
             raise UsageError(
                 "only a plan that a robot has from its start can strike it at a point of its step"
             )
-        found = self._roles.find(rule.target, rule.robots)
+        found = self._planned.roles.find(rule.target, rule.robots)
         if len(found) < rule.robots:
             raise UsageError(f"nobody is {rule.target} yet, or fewer than {rule.robots} stand from there on")
         for each in found:
@@ -195,9 +188,9 @@ class RunFaults:
 
     def _check(self, rule: ProcessRule, process: str) -> None:
         """Refuse a rule that cannot affect a process: a dead process can only be restarted."""
-        if process in self._ended and not isinstance(rule, Restart):
+        if process in self._planned.ended and not isinstance(rule, Restart):
             raise UsageError(f"{process} is dead; restart has it start again")
-        if isinstance(rule, Thaw) and process not in self._ended.frozen:
+        if isinstance(rule, Thaw) and process not in self._planned.ended.frozen:
             raise UsageError(f"{process} is not frozen")
 
     def hold_up(self, process: str) -> bool:

@@ -5,10 +5,9 @@ from typing import Any
 
 import msgspec
 
-from clew.log.timeline import kind_of
 from protocol.plain import plain
 from protocol.timeline import Entry as Written
-from protocol.timeline import Record
+from protocol.timeline import Record, kind_of
 from protocol.timeline.sentences import sentence
 
 

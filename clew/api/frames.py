@@ -11,12 +11,11 @@ import msgspec
 from clew.api.waits import waits_of
 from clew.export.columns import Plain
 from clew.export.columns import columns_of as typed_columns
-from clew.export.tables import TYPES
 from clew.log.journals.messages import FIELDS, Message
 from clew.story.story import story_of
 from protocol.errors import UsageError
 from protocol.files.names import did_you_mean
-from protocol.timeline import FaultInjected, PoseSampled
+from protocol.timeline import KINDS, FaultInjected, PoseSampled, kind_of
 from protocol.timeline.base import Kind
 from protocol.timeline.sentences import sentence
 from world.record.lines import Line
@@ -57,8 +56,8 @@ def columns_of(name: str, lines: Sequence[Line], messages: Callable[[], Iterable
     Raises:
         UsageError: there is no such table.
     """
-    if name in TYPES:
-        return _of_kind(TYPES[name], lines)
+    if name in KINDS:
+        return _of_kind(KINDS[name], lines)
     makers: dict[str, Callable[[], Columns]] = {
         "poses": lambda: _of_kind(PoseSampled, lines, stamp=("t_s",)),
         "steps": lambda: _steps(lines),
@@ -69,7 +68,7 @@ def columns_of(name: str, lines: Sequence[Line], messages: Callable[[], Iterable
         "entries": lambda: _entries(lines),
     }
     if name not in makers:
-        near = did_you_mean(name, (*makers, *TYPES))
+        near = did_you_mean(name, (*makers, *KINDS))
         raise UsageError(f"frame: must be one of {', '.join(makers)} or a kind of entry, got {name!r}{near}")
     return makers[name]()
 
@@ -142,11 +141,10 @@ def _waits(lines: Iterable[Line]) -> Columns:
 
 
 def _entries(lines: Sequence[Line]) -> Columns:
-    kinds = {kind: name for name, kind in TYPES.items()}
     return {
         "t_s": [entry.t_s for _, entry in lines],
         "source": [source for source, _ in lines],
         "n": [entry.n for _, entry in lines],
-        "kind": [kinds[type(entry.record)] for _, entry in lines],
+        "kind": [kind_of(entry.record) for _, entry in lines],
         "sentence": [sentence(source, entry.record) for source, entry in lines],
     }

@@ -15,8 +15,9 @@ import msgspec
 from clew.export.columns import Column, Part, Plain, columns_of
 from clew.export.exported import Exported
 from clew.export.place import whole_folder
-from clew.export.tables import TYPES, fill, names_of
+from clew.export.tables import fill, names_of
 from clew.log.log import Log
+from protocol.timeline import KINDS
 from world.record.recorder import Header
 
 
@@ -30,7 +31,7 @@ def export(log: Log, out: Path) -> Exported:
                     files.enter_context((folder / f"{kind}.csv").open("w", newline="", encoding="utf-8")),
                     columns_of(record),
                 )
-                for kind, record in TYPES.items()
+                for kind, record in KINDS.items()
             }
             return Exported(fill(tables, log.lines), log.flaws)
 

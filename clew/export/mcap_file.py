@@ -22,9 +22,8 @@ from clew.export.place import whole_file
 from clew.export.scene import Scene, readable_scenario
 from clew.export.times import at_ns, started_ns
 from clew.log.log import Log
-from clew.log.timeline import kind_of
 from clew.story.in_order import survey
-from protocol.timeline import Entry, PoseSampled, ScanServed
+from protocol.timeline import Entry, PoseSampled, ScanServed, kind_of
 from protocol.timeline.base import Kind
 from world.record.recorder import Header, line
 

@@ -16,8 +16,9 @@ from pyarrow.parquet import ParquetWriter
 from clew.export.columns import ByKey, Column, Many, Part, Plain, Type, columns_of
 from clew.export.exported import Exported
 from clew.export.place import whole_folder
-from clew.export.tables import TYPES, fill, names_of
+from clew.export.tables import fill, names_of
 from clew.log.log import Log
+from protocol.timeline import KINDS
 from world.record.recorder import Header
 
 PLAIN = {Plain.NUMBER: pa.float64(), Plain.COUNT: pa.int64(), Plain.TEXT: pa.string(), Plain.FLAG: pa.bool_()}
@@ -30,7 +31,7 @@ def export(log: Log, out: Path) -> Exported:
         _write_header(folder / "run.started.parquet", log.header, run)
         with ExitStack() as files:
             tables = {}
-            for kind, record in TYPES.items():
+            for kind, record in KINDS.items():
                 columns = columns_of(record)
                 schema = pa.schema([_field(column) for column in columns], metadata=run)
                 writer = files.enter_context(

@@ -2,13 +2,12 @@
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
-from typing import Any, Protocol, get_args
+from typing import Any, Protocol
 
 import msgspec
 
 from clew.export.columns import row_of
-from protocol.timeline import Record
-from protocol.timeline.base import Kind
+from protocol.timeline import KINDS
 from world.record.lines import Line
 from world.record.recorder import Header
 
@@ -23,13 +22,9 @@ class Table(Protocol):
         """Append these rows."""
 
 
-TYPES: dict[str, type[Kind]] = {str(each.__struct_config__.tag): each for each in get_args(Record)}
-"""The types of entries by kind."""
-
-
 def names_of(suffix: str) -> frozenset[str]:
     """The names of the files of an export: the header's, and one for each kind."""
-    return frozenset(f"{kind}{suffix}" for kind in (HEADER, *TYPES))
+    return frozenset(f"{kind}{suffix}" for kind in (HEADER, *KINDS))
 
 
 def fill(tables: Mapping[str, Table], lines: Iterable[Line]) -> int:

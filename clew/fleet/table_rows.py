@@ -148,6 +148,7 @@ class Scoreboard:
     def _row(self, robot: Robot) -> Row:
         number, state = robot.number, robot.state
         way, track = self._ways[number], self.motion.tracks.get(number)
+        _, pose = self.story.poses.get(number, (0.0, None))
         return Row(
             robot=number,
             place=None if robot.process in NO_PROCESS else robot.place,
@@ -156,7 +157,7 @@ class Scoreboard:
             step=way.step,
             driven_m=0.0 if track is None else track.driven_m,
             share=1.0 if robot.conduct is Conduct.ARRIVED else way.share,
-            clearance_m=None if track is None else finite(track.clearance_m),
+            clearance_m=None if pose is None else pose.clearance_m,
             clearance_m_min=None if track is None else finite(track.clearance_m_min),
             lost=self.story.losses.by_robot[number],
         )

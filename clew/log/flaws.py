@@ -7,7 +7,6 @@ Rule 2: the flaws of `at_once` come first, in the same order, in the flaws at th
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import get_args
 
 import msgspec
 
@@ -15,12 +14,9 @@ from clew.log.completeness import Completeness, Told
 from clew.log.header import Stamped, other
 from protocol.errors import UNREADABLE
 from protocol.faults.manual_faults import is_running
-from protocol.timeline import Record, RunEnded
+from protocol.timeline import KINDS, RunEnded
 from world.record.lines import Line
 from world.record.recorder import SCHEMA, Header
-
-KINDS = frozenset(each.__struct_config__.tag for each in get_args(Record))
-"""All kinds that this program knows."""
 
 
 class Findings:

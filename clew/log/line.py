@@ -6,9 +6,8 @@ import sys
 import click
 import msgspec
 
-from clew.log.timeline import kind_of
 from protocol.plain import plain
-from protocol.timeline import Entry, Record
+from protocol.timeline import Entry, Record, kind_of
 
 # By the part of a kind before the dot. What goes wrong is red, the reaction to it yellow.
 COLOURS = {

@@ -8,8 +8,9 @@ import msgspec
 from msgspec import Struct
 
 from clew.log.log import Log
-from clew.log.timeline import Timeline, kind_of
+from clew.log.timeline import Timeline
 from protocol.plain import plain
+from protocol.timeline import kind_of
 from world.judge.verdict import VERDICT_FILE, Verdict
 from world.record.recorder import EVENTS_FILE
 from world.record.run_files import read_verdict

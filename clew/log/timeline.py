@@ -6,18 +6,17 @@ from fnmatch import filter as filter_names
 from fnmatch import fnmatchcase
 from operator import index
 from pathlib import Path
-from typing import SupportsIndex, TypeGuard, get_args
+from typing import SupportsIndex, TypeGuard
 
 from clew.log.header import robots_of
 from clew.log.log import Log
 from protocol.files.names import did_you_mean
 from protocol.keys import WORLD, keys_of, not_of_fleet, robot_name
-from protocol.timeline import Entry, FaultInjected, Record, RunEnded
+from protocol.timeline import KINDS, Entry, FaultInjected, Record, RunEnded, kind_of
 from world.faults import is_given
 from world.record.lines import Line
 from world.record.recorder import Header
 
-KINDS = tuple(each.__struct_config__.tag for each in get_args(Record))
 NAMING = ("robot", "other", "to", "neighbour", "blocked", "before", "named", "coordinator", "about", "by")
 """The fields that name a robot."""
 SHOWN = 10  # of the rules of a plan, which may have 1000
@@ -179,13 +178,6 @@ def unknown_kinds(patterns: tuple[str, ...]) -> str | None:
 
 def _matches(name: object, patterns: tuple[str, ...]) -> bool:
     return isinstance(name, str) and any(fnmatchcase(name, pattern) for pattern in patterns)
-
-
-def kind_of(record: Record) -> str:
-    """The kind of a record, as in the log."""
-    kind = type(record).__struct_config__.tag
-    assert isinstance(kind, str), record
-    return kind
 
 
 def names(record: Record, robot: int) -> bool:

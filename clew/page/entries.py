@@ -17,6 +17,7 @@ from protocol.timeline import (
     ScanServed,
     SegmentChecked,
     StepPlanned,
+    kind_of,
 )
 from protocol.timeline.sentences import sentence
 
@@ -46,7 +47,9 @@ class Entries:
 
     def pack(self) -> Packed:
         """All entries since the last call."""
-        packed = {_tag(kind): self._columns(kind, heard) for kind, heard in self._heard.items()}
+        packed = {
+            kind_of(heard[0][2].record): self._columns(kind, heard) for kind, heard in self._heard.items()
+        }
         self._heard.clear()
         return packed
 
@@ -74,9 +77,3 @@ class Entries:
 
 def _ends(plan: StepPlanned) -> list[Any]:
     return [None if ends is None else list(map(pair, ends)) for ends in gap_ends(plan)]
-
-
-def _tag(kind: type[Record]) -> str:
-    tag = kind.__struct_config__.tag
-    assert isinstance(tag, str), kind
-    return tag

@@ -20,8 +20,6 @@ class Track:
     at: Point
     """[world frame]"""
     driven_m: float = 0.0
-    clearance_m: float = math.inf
-    """Of the hull where it is now."""
     clearance_m_min: float = math.inf
 
 
@@ -57,10 +55,4 @@ class Motion:
         for (robot, _, _), near_m in zip(self._moves, least_m.tolist(), strict=True):
             track = self.tracks[robot]
             track.clearance_m_min = min(track.clearance_m_min, near_m)
-        moved = {robot: row for row, (robot, _, _) in enumerate(self._moves)}
-        last = ends[list(moved.values())]
-        for robot, near_m in zip(
-            moved, (clearance(self.ground, last, last) - self.radius_m).tolist(), strict=True
-        ):
-            self.tracks[robot].clearance_m = near_m
         self._moves.clear()

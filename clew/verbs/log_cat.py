@@ -65,7 +65,8 @@ def cat(
     --follow, the run may still be going on, or may not have started yet.
     """
     from clew.log.line import fields_of, is_coloured, one_line
-    from clew.log.timeline import Choice, kind_of, unknown_kinds
+    from clew.log.timeline import Choice, unknown_kinds
+    from protocol.timeline import kind_of
     from world.record.recorder import line
 
     if (unknown := unknown_kinds(without)) is not None:

@@ -76,9 +76,11 @@ class ProcessFaults:
         self._pending = {str(rule.name): rule for rule in rules if _comes_true(rule, seed)}
         self.has_points = any(rule.point is not None for rule in self._pending.values())
         """Whether any rule strikes at a point of a robot's step."""
-        self._roles = Roles()
+        self.roles = Roles()
+        """Who leads and who coordinates, by the timeline."""
         self._down: set[str] = set()
-        self._ended = Ended(plan.rules, frozen)
+        self.ended = Ended(plan.rules, frozen)
+        """Which robots have no process, and what is frozen."""
         self._later: list[tuple[float, int, ProcessFault]] = []
         self._count = 0  # breaks ties, so that faults due together keep their order
         self._reached: Counter[tuple[str, str]] = Counter()  # by rule and robot
@@ -94,12 +96,12 @@ class ProcessFaults:
         }
         self._rules |= rules
         self.has_points |= any(rule.point is not None for rule in self._pending.values())
-        self._ended.expect(plan.rules)
+        self.ended.expect(plan.rules)
 
     @property
     def step(self) -> int:
         """The newest switching step that is known to be planned."""
-        return max(self._roles.step, self._told_step)
+        return max(self.roles.step, self._told_step)
 
     def delay_s(self, rule: str) -> float:
         """The delay of the rule with this name; 0: it slows nothing."""
@@ -119,8 +121,8 @@ class ProcessFaults:
 
     def hear(self, source: str, entry: Entry) -> None:
         """Process a timeline entry."""
-        self._roles.hear(source, entry)
-        self._ended.hear(source, entry)
+        self.roles.hear(source, entry)
+        self.ended.hear(source, entry)
         match entry.record:
             case FaultInjected(rule=rule, fault=action, process=str(process)) if rule in self._rules:
                 self._hear_injected(self._rules[rule], action, process, entry.t_s)
@@ -151,7 +153,7 @@ class ProcessFaults:
             faults.append(fault := heapq.heappop(self._later)[2])
             if fault.action is ProcessAction.START:
                 self._down.discard(fault.process)
-            self._ended.note_action(fault.process, fault.action)
+            self.ended.note_action(fault.process, fault.action)
         for rule in [rule for rule in self._pending.values() if rule.point is None]:
             if rule.holds(now_s, self.step) and (found := self._find(rule)):
                 faults += self._strike(rule, found, now_s)
@@ -169,11 +171,11 @@ class ProcessFaults:
 
     def expect(self, rules: Iterable[Rule]) -> None:
         """Take further rules into account: a robot that a partition has cut off is not dead."""
-        self._ended.expect(rules)
+        self.ended.expect(rules)
 
     def note_injected(self, fault: ProcessFault) -> None:
         """Note a fault that is injected now, here or elsewhere; its record follows."""
-        self._ended.note_action(fault.process, fault.action)
+        self.ended.note_action(fault.process, fault.action)
 
     def note_recovered(self, process: str, now_s: float) -> None:
         """The fault of this process has been ended elsewhere: its remaining parts are due now."""
@@ -185,10 +187,10 @@ class ProcessFaults:
 
     def _find(self, rule: ProcessRule) -> tuple[str, ...]:
         """The rule's targets; empty while it has to wait for one of them."""
-        found = self._roles.find(rule.target, rule.robots)
-        waits = any(each in self._down or each in self._ended for each in found) or len(found) < rule.robots
+        found = self.roles.find(rule.target, rule.robots)
+        waits = any(each in self._down or each in self.ended for each in found) or len(found) < rule.robots
         if isinstance(rule, Thaw):
-            waits = waits or not self._ended.frozen.issuperset(found)
+            waits = waits or not self.ended.frozen.issuperset(found)
         return () if waits else found
 
     def _strike(self, rule: ProcessRule, processes: Sequence[str], now_s: float) -> list[ProcessFault]:
@@ -219,7 +221,7 @@ class ProcessFaults:
                 assert_never(rule)
         if fault.action is ProcessAction.KILL:
             self._down.add(process)
-        self._ended.note_action(process, fault.action)
+        self.ended.note_action(process, fault.action)
         return fault
 
     def _keep(self, due_s: float, fault: ProcessFault) -> None:

@@ -4,11 +4,12 @@ A kind is named noun.past_participle. The unit of a field is in its name; its de
 Positions are in the world frame. The page lists the kinds in the order of `Record`.
 """
 
-from typing import Annotated
+from typing import Annotated, get_args
 
 from msgspec import Meta, Struct
 
 from protocol.frames import Count, Seconds
+from protocol.timeline.base import Kind
 from protocol.timeline.bodies import (
     BodyStopped,
     OrderAccepted,
@@ -175,3 +176,12 @@ class Entry(Struct, frozen=True, gc=False, kw_only=True):
     t_s: Annotated[Seconds, Meta(description="simulated time")]
     hlc: Annotated[str, Meta(max_length=80, description="hybrid logical clock of the source")]
     record: Record
+
+
+KINDS: dict[str, type[Kind]] = {str(kind.__struct_config__.tag): kind for kind in get_args(Record)}
+"""All kinds, by their names in the log."""
+
+
+def kind_of(record: Record) -> str:
+    """The name of a record's kind."""
+    return str(record.__struct_config__.tag)

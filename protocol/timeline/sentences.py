@@ -21,6 +21,7 @@ from protocol.timeline import (
     StepPlanned,
     StrandFormed,
     TrafficCounted,
+    kind_of,
 )
 from protocol.timeline.invariants import named
 
@@ -29,7 +30,7 @@ NAMED_MAX = 20  # robots of a strand, on a line of a terminal; the entry itself 
 
 def sentence(source: str, record: Record) -> str:
     """The sentence for an entry of this source, in plain English."""
-    said = SENTENCES[str(record.__struct_config__.tag)]
+    said = SENTENCES[kind_of(record)]
     return said.format(by=source, it=record) if isinstance(said, str) else said(source, record)
 
 

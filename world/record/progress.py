@@ -1,6 +1,6 @@
 """Progress messages for users who watch a run: one line per relevant entry."""
 
-from protocol.timeline import Entry, FaultInjected, FenceChanged
+from protocol.timeline import Entry, FaultInjected, FenceChanged, kind_of
 from protocol.timeline.sentences import sentence
 
 AWAITED = frozenset(
@@ -36,7 +36,7 @@ AWAITED = frozenset(
 def progress(source: str, entry: Entry) -> str | None:
     """The line for an entry; None if it is not relevant."""
     record = entry.record
-    if record.__struct_config__.tag not in AWAITED:
+    if kind_of(record) not in AWAITED:
         return None
     if isinstance(record, FenceChanged) and record.cause is None:
         return None  # turns are given many times while a strand lines up

@@ -6,6 +6,7 @@ from agents.commands import AskScan, Command, Note, Order, Put, Say, Tell
 from protocol.fence import Epoch, Fence, Raise, Turn
 from protocol.frames import Point, Pose
 from protocol.keys import robot_name
+from protocol.timeline import kind_of
 from protocol.timeline.sentences import CAUSES, sentence
 from protocol.wire.messages import AheadState, BehindState, Drive, Message, Odometry, Scan, ScanQuery
 from protocol.wire.view import Answer, Formation, Plea, Report
@@ -20,7 +21,7 @@ def does(robot: int, command: Command) -> str:
     """What a command of a robot does."""
     match command:
         case Note(record):
-            return f"notes {record.__struct_config__.tag}: {sentence(robot_name(robot), record)}"
+            return f"notes {kind_of(record)}: {sentence(robot_name(robot), record)}"
         case AskScan(revolutions):
             return f"asks for a scan of {revolutions} revolutions"
         case Say(other, message) | Tell(other, message):

@@ -10,14 +10,11 @@ from collections.abc import Callable, Iterator, Sequence
 
 from agents.commands import Command, Note, Order, Put
 from clew.log.journals.contents import does
-from clew.log.journals.links import Link
+from clew.log.journals.links import Link, of_entry
 from clew.log.journals.process import Process, message_in, sender_process
 from clew.log.journals.trials import Deed, Trials
-from clew.log.timeline import kind_of
 from protocol.fence import Raise
-from protocol.plain import plain
 from protocol.timeline import FenceChanged, OrderAccepted
-from protocol.timeline.sentences import sentence
 from world.record.lines import Line
 
 LINKS_MAX = 200  # enough to read; a fleet goes on because of almost everything
@@ -73,8 +70,7 @@ class Effects:
             if entry.t_s < t_s or not isinstance(entry.record, OrderAccepted | FenceChanged):
                 continue
             if _is_of(entry.record, command, robot):
-                said = f"{kind_of(entry.record)}: {plain(sentence(source, entry.record))}"
-                yield Link(entry.t_s, source, "effect", said)
+                yield of_entry(source, entry, "effect")
                 return
 
 

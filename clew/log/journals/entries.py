@@ -11,10 +11,9 @@ from dataclasses import dataclass
 
 from agents.commands import Note
 from clew.log.journals.process import Process
-from clew.log.timeline import KINDS, kind_of
 from protocol.errors import UsageError
 from protocol.plain import plain
-from protocol.timeline import Entry, RobotStarted
+from protocol.timeline import KINDS, Entry, RobotStarted, kind_of
 from protocol.timeline.sentences import sentence
 from world.record.lines import Line
 

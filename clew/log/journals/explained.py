@@ -11,15 +11,13 @@ from collections.abc import Callable, Iterator, Sequence
 from agents.commands import Command, Note, Put, Say
 from agents.coordinating.drafted import TOO_SILENT, UNREPORTED
 from agents.process import addresses
-from clew.log.journals.links import Link
+from clew.log.journals.links import Link, of_entry
 from clew.log.journals.process import Process
 from clew.log.journals.silence import Silence
 from clew.log.journals.state import left_out, names
 from clew.log.journals.trials import Deed, Trials
-from clew.log.timeline import kind_of
 from protocol.fence import Cause, Raise
 from protocol.keys import WORLD, robot_name
-from protocol.plain import plain
 from protocol.timeline import (
     BodyStopped,
     Entry,
@@ -33,7 +31,6 @@ from protocol.timeline import (
     ViewLeft,
     ViewProposed,
 )
-from protocol.timeline.sentences import sentence
 from protocol.wire.view import Answer
 from world.record.lines import Line
 
@@ -158,9 +155,9 @@ class Explained:
                 continue
             match entry.record:
                 case FenceChanged(may="one", named=named) if named == robot:
-                    yield _entry(source, entry)
+                    yield of_entry(source, entry)
                 case RobotBlocked() if source == robot_name(robot):
-                    yield _entry(source, entry)
+                    yield of_entry(source, entry)
                 case _:
                     pass
 
@@ -168,8 +165,3 @@ class Explained:
         for _, entry in self._lines:
             if isinstance(entry.record, FenceChanged) and entry.record.epoch == epoch:
                 yield entry.t_s, entry.record
-
-
-def _entry(source: str, entry: Entry) -> Link:
-    said = f"{kind_of(entry.record)}: {plain(sentence(source, entry.record))}"
-    return Link(entry.t_s, source, "entry", said)

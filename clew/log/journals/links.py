@@ -3,6 +3,10 @@
 from dataclasses import dataclass
 from typing import Any
 
+from protocol.plain import plain
+from protocol.timeline import Entry, kind_of
+from protocol.timeline.sentences import sentence
+
 
 @dataclass(frozen=True, slots=True)
 class Link:
@@ -23,3 +27,8 @@ class Link:
     def as_dict(self) -> dict[str, Any]:
         """As plain data."""
         return {name: getattr(self, name) for name in self.__dataclass_fields__}
+
+
+def of_entry(source: str, entry: Entry, what: str = "entry") -> Link:
+    """An entry on the way."""
+    return Link(entry.t_s, source, what, f"{kind_of(entry.record)}: {plain(sentence(source, entry.record))}")

@@ -13,16 +13,14 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 
 from clew.log.journals.contents import content, tag_of
 from clew.log.journals.fate import Fate
-from clew.log.journals.links import Link
+from clew.log.journals.links import Link, of_entry
 from clew.log.journals.messages import FATES
 from clew.log.journals.process import Process, message_in
-from clew.log.timeline import kind_of
 from protocol.keys import robot_name
 from protocol.plain import plain
 from protocol.timeline import (
     FaultInjected,
     MessageRefused,
-    Record,
     RobotDied,
     RobotFailed,
     RouterFound,
@@ -78,7 +76,7 @@ class Silence:
                     elif entry.t_s <= from_s:
                         lasting = None
                 case RobotFailed() if source == name and from_s <= entry.t_s <= to_s:
-                    lasting = Link(entry.t_s, name, "fault", _told(source, entry.record))
+                    lasting = Link(entry.t_s, name, "fault", plain(sentence(source, entry.record)))
                 case RobotDied(robot=robot, silent_since_s=since_s) if robot_name(robot) == name:
                     if lasting is None and from_s - 1.0 <= since_s <= to_s:
                         lasting = Link(since_s, name, "fault", f"{name} was dead since t={since_s:.3f} s")
@@ -113,8 +111,7 @@ class Silence:
     def _unrouted(self, from_s: float, to_s: float) -> Iterator[Link]:
         for source, entry in self._lines:
             if isinstance(entry.record, RouterLost | RouterFound) and from_s <= entry.t_s <= to_s:
-                said = f"{kind_of(entry.record)}: {_told(source, entry.record)}"
-                yield Link(entry.t_s, source, "entry", said)
+                yield of_entry(source, entry)
 
     def _sent(self, speaker: str, keys: Collection[str], from_s: float, to_s: float) -> Iterator[Link]:
         """Rule 3."""
@@ -133,10 +130,6 @@ class Silence:
             yield Link(sent[0][0], speaker, "loss", said)
         else:
             yield Link(from_s, speaker, "loss", f"it sent nothing more by t={to_s:.3f} s")
-
-
-def _told(source: str, record: Record) -> str:
-    return plain(sentence(source, record))
 
 
 def _messages(numbers: Iterable[int]) -> str:

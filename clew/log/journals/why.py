@@ -25,15 +25,13 @@ from clew.log.journals.contents import content, does, tag_of
 from clew.log.journals.effects import Effects
 from clew.log.journals.entries import noted
 from clew.log.journals.explained import Explained
-from clew.log.journals.links import Link
+from clew.log.journals.links import Link, of_entry
 from clew.log.journals.process import Process, message_in, sender_process
 from clew.log.journals.trials import Cause, Deed, Trials
 from clew.log.law_asked import chosen, given, planned_in
-from clew.log.timeline import kind_of
 from protocol.faults.message_faults import sender_of
 from protocol.fence import Raise, Turn
 from protocol.keys import WORLD, robot_name
-from protocol.plain import plain
 from protocol.process.tokens import TokenCame, TokenWent
 from protocol.timeline import (
     Entry,
@@ -45,8 +43,8 @@ from protocol.timeline import (
     ScanServed,
     StepFinished,
     ViewJoined,
+    kind_of,
 )
-from protocol.timeline.sentences import sentence
 from protocol.wire.messages import Message, Odometry
 from world.record.lines import Line
 
@@ -77,7 +75,7 @@ class Why:
         Raises:
             UsageError: this version of a core does not decide as recorded.
         """
-        links: list[Link] = [self._entry(index)]
+        links: list[Link] = [of_entry(*self._lines[index])]
         deed, between = self._deed_of(index)
         links += between
         while deed is not None and len(links) < LINKS_MAX:
@@ -107,12 +105,6 @@ class Why:
         return Effects(self._processes, self._lines, self._trials).of(deed.process, deed.turn)
 
     # --- entries ------------------------------------------------------------------------------------
-
-    def _entry(self, index: int) -> Link:
-        source, entry = self._lines[index]
-        return Link(
-            entry.t_s, source, "entry", f"{kind_of(entry.record)}: {plain(sentence(source, entry.record))}"
-        )
 
     def _deed_of(self, index: int) -> tuple[_Deed | None, list[Link]]:
         """What led to an entry directly."""
@@ -279,7 +271,7 @@ class Why:
                 match entry.record:
                     case FenceChanged(epoch=fence.epoch.number, turn=fence.turn) as changed:
                         deed, links = self._put(changed, entry.t_s)
-                        return deed, [self._entry(index), *links]
+                        return deed, [of_entry(*self._lines[index]), *links]
                     case _:
                         pass
             return None, [Link(t_s, process.name, "start", "its first odometry")]

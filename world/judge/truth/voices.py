@@ -49,6 +49,7 @@ from protocol.timeline import (
     ViewJoined,
     ViewLeft,
     WorldResumed,
+    kind_of,
 )
 from world.judge.rules.rule import broken
 
@@ -155,7 +156,7 @@ class Voices:
                 pass  # does not change its place
 
     def _judge(self, robot: int, source: str, record: Record) -> PromiseBroken | None:
-        does = f"records {record.__struct_config__.tag}"
+        does = f"records {kind_of(record)}"
         if isinstance(record, LEADERS):
             return self._judge_leader(robot, does, record)
         why = self._foreign(robot, source, record)

@@ -7,8 +7,8 @@ import pytest
 
 from clew.api.frames import DICTS, columns_of, frame_of
 from clew.api.run import Run, open_run
-from clew.export.tables import TYPES
 from protocol.errors import UsageError
+from protocol.timeline import KINDS
 from tests.support.runs import Runs
 
 NAMED = ("poses", "steps", "messages", "faults", "states", "waits", "entries")
@@ -20,7 +20,7 @@ def run(runs: Runs) -> Run:
     return open_run(runs.of("grove", faults="leader-killed"))
 
 
-@pytest.mark.parametrize("name", [*NAMED, *TYPES])
+@pytest.mark.parametrize("name", [*NAMED, *KINDS])
 def test_every_table_has_rows_of_one_length(run: Run, name: str) -> None:
     rows = run.frame(name, to=DICTS)
     assert all(row.keys() == rows[0].keys() for row in rows)

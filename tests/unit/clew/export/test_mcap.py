@@ -16,11 +16,18 @@ from mcap.stream_reader import StreamReader
 from mcap_protobuf.decoder import DecoderFactory
 
 from clew.export import mcap_file
-from clew.export.tables import TYPES
 from clew.export.times import started_ns
 from clew.log.log import Log
-from clew.log.timeline import kind_of
-from protocol.timeline import PoseSampled, Record, RobotHeld, RobotStarted, RunEnded, ScanServed
+from protocol.timeline import (
+    KINDS,
+    PoseSampled,
+    Record,
+    RobotHeld,
+    RobotStarted,
+    RunEnded,
+    ScanServed,
+    kind_of,
+)
 from tests.support.campaigns import clew
 from tests.support.logs.logs import HEADER, numbered, recorded
 from tests.support.runs import Runs
@@ -186,7 +193,7 @@ def test_times_begin_at_the_start_of_the_run_and_late_entries_are_sorted_in(tmp_
     times_s = [
         (channel.topic.removeprefix("/events/"), (message.log_time - start_ns) / 1e9)
         for _, channel, message, _ in messages(folder / "late.mcap")
-        if channel.topic.removeprefix("/events/") in TYPES
+        if channel.topic.removeprefix("/events/") in KINDS
     ]
     assert times_s == [("run.ended", 1.0), ("robot.held", 1.0), ("pose.sampled", 2.0), ("robot.started", 2.0)]
 

@@ -15,8 +15,8 @@ from pyarrow import parquet
 from clew.export import csv_files, tables
 from clew.export import parquet as parquet_files
 from clew.export.columns import Column, Part, Plain, columns_of
-from clew.export.tables import TYPES
 from clew.log.log import Log
+from protocol.timeline import KINDS
 from tests.support.campaigns import clew
 from tests.support.logs.exports import one_of_each_kind, rows_of
 from tests.support.logs.logs import recorded
@@ -67,8 +67,8 @@ def test_csv_holds_every_kind_with_every_value(
     csv_files.export(Log(folder), folder / "csv")
     for kind, rows in rows_of(lines).items():
         with (folder / "csv" / f"{kind}.csv").open(newline="", encoding="utf-8") as file:
-            read = [whole(columns_of(TYPES[kind]), cells) for cells in csv.DictReader(file)]
-        assert read == [null_if_empty(columns_of(TYPES[kind]), row) for row in rows]
+            read = [whole(columns_of(KINDS[kind]), cells) for cells in csv.DictReader(file)]
+        assert read == [null_if_empty(columns_of(KINDS[kind]), row) for row in rows]
 
 
 def whole(fields: tuple[Column, ...], cells: dict[str, str], before: str = "") -> dict[str, Any] | None:
@@ -161,7 +161,7 @@ def test_the_header_is_a_table(run: Path) -> None:
 
 
 def test_a_unit_is_the_last_word_of_a_fields_name() -> None:
-    units = {column.name: column.unit for kind in TYPES.values() for column in columns_of(kind)}
+    units = {column.name: column.unit for kind in KINDS.values() for column in columns_of(kind)}
     assert units["silent_since_s"] == units["t_s"] == "s"
     assert units["ranges_m"] == "m"
     assert units["heading_rad"] == "rad"

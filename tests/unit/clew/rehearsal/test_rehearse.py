@@ -23,6 +23,7 @@ from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
 from protocol.faults.plan import load as load_plan
 from protocol.root import ROOT
+from protocol.timeline import kind_of
 from tests.support.campaigns import clew, closed, scene
 from tests.support.deadline import DEADLINE_S
 from world.record.lines import Line
@@ -47,7 +48,7 @@ def process(*arguments: str | Path) -> subprocess.Popen[str]:
 
 
 def kinds(lines: Sequence[Line]) -> set[str]:
-    return {timeline.kind_of(entry.record) for _, entry in lines}
+    return {kind_of(entry.record) for _, entry in lines}
 
 
 def test_the_header_contains_the_fault_plan_or_null(tmp_path: Path) -> None:

@@ -8,11 +8,11 @@ import pytest
 from clew.log.journals.links import Link
 from clew.log.journals.process import processes_of
 from clew.log.journals.why import Why
-from clew.log.timeline import kind_of, read
+from clew.log.timeline import read
 from clew.rehearsal.recorded import Recorded
 from protocol.faults.plan import NO_FAULTS
 from protocol.network.session import INPUTS
-from protocol.timeline import FaultInjected, RobotDied
+from protocol.timeline import FaultInjected, RobotDied, kind_of
 from tests.support.campaigns import clew
 from tests.support.faults import kill
 from tests.support.runs import Runs

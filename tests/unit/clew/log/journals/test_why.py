@@ -17,11 +17,11 @@ from clew.log.journals.links import Link
 from clew.log.journals.process import Process, processes_of
 from clew.log.journals.trials import NOTHING, Trials
 from clew.log.journals.why import Why
-from clew.log.timeline import kind_of, read
+from clew.log.timeline import read
 from clew.verbs.log_why import line_of
 from protocol.errors import UsageError
 from protocol.network.session import INPUTS
-from protocol.timeline import AuthorityGranted, LinkSilent, OrderAccepted, Record, StepPlanned
+from protocol.timeline import AuthorityGranted, LinkSilent, OrderAccepted, Record, StepPlanned, kind_of
 from protocol.wire.messages import AheadState
 from tests.support.campaigns import clew
 from tests.support.runs import Runs
