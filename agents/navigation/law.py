@@ -3,7 +3,7 @@
 Rule 1: a law is a pure function of `Seen`: the same sight, the same answer, in a run and in its replay.
         Chance comes from `Seen.seed`.
 Rule 2: a law only proposes. The step is shortened to what is certified, or refused (`asked`), and the
-        certificate is of the scan itself: a law is given copies, whatever it does to them.
+        certificate is of the scan itself: a law of a user is given copies, whatever it does to them.
 Rule 3: a law that fails, or proposes no straight step, is refused like one that proposes nothing.
 """
 
@@ -26,7 +26,7 @@ from agents.navigation.step import GAIN_M, Sight, Step
 from protocol.arrays import Floats, xy
 from protocol.errors import recordable, sentence_of
 from protocol.frames import wrap
-from protocol.laws import register
+from protocol.laws import OURS, register
 from protocol.mission import Mission
 
 ROUNDING_M = 1e-9  # a law's own search for certified steps may differ from the check by the last bit
@@ -162,7 +162,7 @@ def asked(law: Law, seen: Seen) -> Step | Refused:
     """What a law proposes, as far as it may be driven (rules 2 and 3)."""
     name = seen.mission.law
     try:
-        said = law(seen.copied())
+        said = law(seen if name in OURS else seen.copied())
         step = said if said is None or isinstance(said, str) else _whole(said, gaps=len(seen.gaps))
     except (Exception, SystemExit) as error:  # rule 3: the law is the user's
         return Refused(Why.FAILED, recordable(f"the law {name} failed: {sentence_of(error)}"))

@@ -10,7 +10,6 @@ Rule 5: odometry of a body is numbered. A resumed world continues above every nu
 
 import math
 from collections.abc import Iterable, Sequence
-from functools import cache
 
 import numpy as np
 
@@ -26,12 +25,11 @@ from protocol.timeline import (
     ScanServed,
     StepFinished,
 )
-from protocol.timeline.bodies import RANGES_TOLD_MAX
 from protocol.wire.messages import Drive, Odometry, Phase, Scan
 from world.bodies.bodies import Bodies, Moves, Start
 from world.bodies.fence import Register, Taken
 from world.bodies.guard import SMALL_FLEET, Guard, Place
-from world.bodies.sensor import Sensor
+from world.bodies.sensor import Sensor, told
 from world.chance import stream
 from world.commands import Note
 from world.geometry.clearance import clearance
@@ -243,7 +241,7 @@ class Arena:
     def scan(self, robot: int, revolutions: int) -> tuple[Note, Scan]:
         """Take a scan of so many revolutions, or as many as fit into a scan."""
         pose = self.bodies.pose(robot - 1)
-        scan = self._sensor.read(
+        scan, ranges_m = self._sensor.read(
             robot - 1,
             pose,
             self.bodies.place_m,
@@ -256,9 +254,9 @@ class Arena:
             x_m=pose.x_m,
             y_m=pose.y_m,
             heading_rad=pose.heading_rad,
-            revolutions=len(scan.ranges_m) // self._sensor.directions,
-            hits=self._sensor.hits(scan),
-            ranges_m=_told(scan),
+            revolutions=len(ranges_m) // self._sensor.directions,
+            hits=self._sensor.hits(ranges_m),
+            ranges_m=told(ranges_m),
         )
         if self._follows_scans and self.is_odometry_instant:  # odometry after a scan brings the next scan
             self._scanned.add(robot)
@@ -387,14 +385,3 @@ def _nearest_of_few_m(body: int, places: list[Place]) -> float:
 def _to_the_micrometre(distance_m: float) -> float | None:
     """The distance as recorded; None: there was nothing to measure to."""
     return round(distance_m, 6) if distance_m < math.inf else None
-
-
-def _told(scan: Scan) -> tuple[float, ...]:
-    """The recorded ranges of a scan: every n-th ray, with the least n that divides them evenly."""
-    told = scan.ranges_m[:: _stride(len(scan.ranges_m))]
-    return tuple(np.round(told, 3).tolist())
-
-
-@cache
-def _stride(rays: int) -> int:
-    return next(n for n in range(1, rays + 1) if rays % n == 0 and rays // n <= RANGES_TOLD_MAX)

@@ -1,6 +1,7 @@
 """The range sensor of every body; it is read only when its robot asks."""
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from protocol.arrays import Floats, scan_bearings_rad
 from protocol.fence import Fence
 from protocol.frames import Pose
 from protocol.mission import RAYS_MAX
+from protocol.timeline.bodies import RANGES_TOLD_MAX
 from protocol.wire.messages import Scan
 from world.geometry.rays import NearDiscs, cast, noisy
 from world.scenario.scenario import Scenario
@@ -34,8 +36,11 @@ class Sensor:
 
     def read(
         self, body: int, pose: Pose, places_m: Floats, *, fence: Fence, now_s: float, revolutions: int
-    ) -> Scan:
-        """The scan of one body at this time and fence, with all bodies at these places [world frame]."""
+    ) -> tuple[Scan, Floats]:
+        """The scan of one body at this time and fence, with all bodies at these places [world frame].
+
+        Its ranges come as an array, too.
+        """
         rays = self.directions * max(1, min(revolutions, RAYS_MAX // self.directions))
         others_m = np.delete(places_m, body, axis=0)
         discs = np.column_stack((others_m, np.full(len(others_m), self._radius_m)))
@@ -55,8 +60,18 @@ class Sensor:
             error_m_max=self._error_m_max,
             range_m_max=self._range_m_max,
         )
-        return Scan(t_s=now_s, pose=pose, fence=fence, ranges_m=tuple(ranges_m.tolist()))
+        return Scan(t_s=now_s, pose=pose, fence=fence, ranges_m=tuple(ranges_m.tolist())), ranges_m
 
-    def hits(self, scan: Scan) -> int:
+    def hits(self, ranges_m: Floats) -> int:
         """The number of rays with a hit."""
-        return int(np.count_nonzero(np.array(scan.ranges_m) < self._range_m_max))
+        return int(np.count_nonzero(ranges_m < self._range_m_max))
+
+
+def told(ranges_m: Floats) -> tuple[float, ...]:
+    """The recorded ranges of a scan: every n-th ray, with the least n that divides them evenly."""
+    return tuple(np.round(ranges_m[:: _stride(len(ranges_m))], 3).tolist())
+
+
+@cache
+def _stride(rays: int) -> int:
+    return next(n for n in range(1, rays + 1) if rays % n == 0 and rays // n <= RANGES_TOLD_MAX)
