@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rich.text import Text
 
     from clew.api import outcomes
-    from clew.campaign.compare import Asked, Compared
+    from clew.campaign.compare import Asked, Compared, Paired
     from clew.campaign.episode import Outcome
 
 PATH = click.Path(path_type=Path)
@@ -29,6 +29,8 @@ SHOWN = {
     "clearance_margin_m": ("margin of clearance [mm]", 1000.0),
 }
 """Each measure of campaigns for people: its name with its unit, and how many of that unit are one of SI."""
+OF_PAIRS = {"sim_s": ("time s", 2), "switching_steps": ("steps", 0), "clearance_margin_m": ("margin mm", 2)}
+"""What a pair of episodes shows: the name for people, and how many digits it has after the point."""
 OF_RUNS = {
     "robots_arrived": ("robots arrived", 0),
     "violations": ("promises broken", 0),
@@ -50,8 +52,11 @@ OF_RUNS = {
 @click.command()
 @click.argument("a", metavar="A", type=PATH)
 @click.argument("b", metavar="B", type=PATH)
+@click.option(
+    "--each", is_flag=True, help="Of two campaigns: also show each pair of episodes, B's worst first."
+)
 @AS_JSON
-def compare(*, a: Path, b: Path, as_json: bool) -> None:
+def compare(*, a: Path, b: Path, each: bool, as_json: bool) -> None:
     """Compare two campaigns or two runs, A and B: for example, two laws on the same scenes.
 
     Of two runs, a live one and its rehearsal for example, it shows what came of them, what was asked
@@ -71,6 +76,8 @@ def compare(*, a: Path, b: Path, as_json: bool) -> None:
     if as_json:
         say_json(found)
         return
+    if each:
+        console().print(_table_of_pairs(found.each))
     console().print(_table(found.measures))
     for name, (one, other) in found.asked.items():
         say(f"asked differently: {name}: A {_said(one)}, B {_said(other)}")
@@ -155,8 +162,25 @@ def _table(measures: "Iterable[Compared]") -> "Table":
     return drawn
 
 
-def _cell(value: float | None, per_si: float, sign: str = "") -> str:
-    return "-" if value is None else format(value * per_si, f"{sign}.2f")
+def _table_of_pairs(pairs: "Iterable[Paired]") -> "Table":
+    from rich.text import Text  # as in `_table`
+
+    columns = [f"{name} {which}" for name, _ in OF_PAIRS.values() for which in "AB"]
+    drawn = numbers_table("scene", "seed", "arrived", *columns, left=("scene", "arrived"))
+    drawn.columns[0].overflow = "fold"  # a name is to be found again
+    for each in pairs:
+        arrived = " ".join(which for which, it in (("A", each.a), ("B", each.b)) if it["arrived"])
+        values = [
+            _cell(it[measure], SHOWN[measure][1], digits=digits)
+            for measure, (_, digits) in OF_PAIRS.items()
+            for it in (each.a, each.b)
+        ]
+        drawn.add_row(Text(f"{each.family}/{each.scene}"), str(each.seed), arrived or "none", *values)
+    return drawn
+
+
+def _cell(value: float | None, per_si: float, sign: str = "", digits: int = 2) -> str:
+    return "-" if value is None else format(value * per_si, f"{sign}.{digits}f")
 
 
 def _said(value: object) -> str:

@@ -67,7 +67,7 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
     ],
     "compare": [
         "compare runs/certified runs/mine",
-        "compare runs/certified runs/mine --json",
+        "compare runs/certified runs/mine --each",
         "compare runs/rehearsed runs/live",
     ],
     "shrink": ["shrink runs/latest", "shrink runs/swarm --seed 17"],
