@@ -48,7 +48,7 @@ SECTIONS: Mapping[str, Mapping[str, Late]] = {
     },
     "Proving ground (many runs, mutants, benchmarks)": {
         "campaign": Late("campaign:campaign", "Rehearse many scenes with many seeds."),
-        "compare": Late("compare:compare", "Compare two campaigns, such as those of two laws."),
+        "compare": Late("compare:compare", "Compare two campaigns, such as those of two laws, or two runs."),
         "shrink": Late("shrink:shrink_verb", "Cut a failed run's fault plan to what matters."),
         "chaos": Late("chaos:chaos", "Run live fleets under drawn faults."),
         "mutants": Late("mutants:mutants", "Check that planted bugs are caught."),

@@ -38,6 +38,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="where fleets run: rehearsed in virtual time, or live as real processes; "
         "default: clew_rehearsal is rehearsed, clew_fleet is live",
     )
+    group.addoption(
+        "--clew-no-shrink",
+        action="store_true",
+        help="do not play a failing test again with fewer faults: quicker, and all its faults are shown",
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -230,5 +235,5 @@ def _test(item: pytest.Item, name: str, fleet: "Fleet", error: BaseException) ->
         replay=shlex.join(replay),
         error=error,
         mistake=_mistake(item, error),
-        play=play,
+        play=None if item.config.getoption("--clew-no-shrink") else play,
     )

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import msgspec
 
+from clew.api.outcomes import Outcome, outcomes
 from clew.api.run import Run
 from clew.log.diff import NO_DIFFERENCE_OF_STEPS, apart, headers_apart
 from clew.story.steps import Step
@@ -36,11 +37,13 @@ class Pair:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """Two runs, step by step."""
+    """Two runs, step by step, and what came of them."""
 
     asked: tuple[str, ...]
     """What differs in what was asked for, as `seed`."""
     steps: tuple[Pair, ...]
+    outcomes: tuple[Outcome, ...]
+    """What came of both, figure by figure; none before both have a verdict."""
 
     @property
     def first(self) -> Pair | None:
@@ -64,7 +67,8 @@ def compare(a: Run, b: Run, *, within: float = 0.0) -> Comparison:
         if not isinstance(run, Run):
             raise UsageError(f"compare: must be two runs, as clew.open gives them, got {run!r}")
     pairs = sorted(_pairs(a.steps, b.steps, within=within), key=lambda pair: pair.number)
-    return Comparison(asked=headers_apart(a.header, b.header), steps=tuple(pairs))
+    asked, came = headers_apart(a.header, b.header), outcomes(a.verdict, b.verdict)
+    return Comparison(asked=asked, steps=tuple(pairs), outcomes=came)
 
 
 def _pairs(ours: Iterable[Step], theirs: Iterable[Step], *, within: float) -> Iterator[Pair]:

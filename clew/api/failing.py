@@ -41,8 +41,10 @@ class Test:
     error: BaseException
     mistake: str
     """What the test itself does wrong, by its error; empty: it may be right."""
-    play: Callable[[frozenset[int], Path], tuple[Fleet, BaseException | None]]
-    """Runs it again without these faults, in this folder; returns its fleet, closed, and how it failed."""
+    play: Callable[[frozenset[int], Path], tuple[Fleet, BaseException | None]] | None
+    """Runs it again without these faults, in this folder; returns its fleet, closed, and how it failed.
+    None: it is not to be played again.
+    """
 
 
 def told(test: Test, fleet: Fleet) -> Iterator[str]:
@@ -96,10 +98,10 @@ def _first(test: Test, fleet: Fleet) -> str:
 
 def _least(test: Test, fleet: Fleet) -> tuple[Plan, str]:
     """The faults that matter, and what is known of them (rules 1 and 2)."""
-    if fleet.given_count == 0:
-        return fleet.plan, "none were given"
-    if not fleet.plan.rules:
-        return fleet.plan, "all that were given were refused"
+    if (unsought := _unsought(test, fleet)) is not None:
+        return fleet.plan, unsought
+    play = test.play
+    assert play is not None, "else none are sought"
     trials, folders, plans = count(1), fleet.asked.folder.parent, {frozenset[int](): fleet.plan}
 
     def fails(kept: list[int]) -> bool:
@@ -107,7 +109,7 @@ def _least(test: Test, fleet: Fleet) -> tuple[Plan, str]:
         if (trial := next(trials)) > TRIALS_MAX:
             return False
         folder = folders / f"{TRIAL}-{fleet.asked.folder.name}-{trial}"
-        again, error = test.play(without, folder)
+        again, error = play(without, folder)
         plans[without] = again.plan
         shutil.rmtree(folder, ignore_errors=True)
         return _is_same(test, error)
@@ -124,6 +126,17 @@ def _least(test: Test, fleet: Fleet) -> tuple[Plan, str]:
     if not plan.rules:
         return plan, "what matters was refused"
     return plan, f"{len(kept)} of {len(everything)} that were given matter{rehearsed}:"
+
+
+def _unsought(test: Test, fleet: Fleet) -> str | None:
+    """Why the test is not played again to find the faults that matter; None: it is."""
+    if fleet.given_count == 0:
+        return "none were given"
+    if not fleet.plan.rules:
+        return "all that were given were refused"
+    if test.play is None:
+        return "all that were given; --clew-no-shrink leaves out the search for those that matter"
+    return None
 
 
 def _is_same(test: Test, error: BaseException | None) -> bool:

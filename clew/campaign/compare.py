@@ -42,6 +42,16 @@ class Compared(Struct, frozen=True, kw_only=True):
     high: float | None = None
 
 
+class Paired(Struct, frozen=True, kw_only=True):
+    """Two episodes of the same family, scene and seed: their measures by name."""
+
+    family: str
+    scene: str
+    seed: int
+    a: dict[str, float | None]
+    b: dict[str, float | None]
+
+
 class Comparison(Struct, frozen=True, kw_only=True):
     """Two campaigns; docs/campaign.md explains each field."""
 
@@ -51,6 +61,8 @@ class Comparison(Struct, frozen=True, kw_only=True):
     only_a: int
     only_b: int
     measures: tuple[Compared, ...]
+    each: tuple[Paired, ...]
+    """Those first of which B did not arrive, then those for which B took longest against A."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +122,19 @@ def compare(a: Iterable[Outcome], b: Iterable[Outcome], asked: tuple[Asked, Aske
         only_a=len(ours) - len(pairs),
         only_b=len(theirs) - len(pairs),
         measures=tuple(_compared(measure, pairs) for measure in MEASURES),
+        each=tuple(map(_paired, sorted(pairs, key=_longer_s, reverse=True))),
     )
+
+
+def _longer_s(pair: Pair) -> tuple[bool, float]:
+    """How much worse B was."""
+    a, b = pair
+    return not b.ok, b.sim_s - a.sim_s
+
+
+def _paired(pair: Pair) -> Paired:
+    a, b = ({measure.name: measure.of(each) for measure in MEASURES} for each in pair)
+    return Paired(family=pair[0].family, scene=pair[0].scene, seed=pair[0].seed, a=a, b=b)
 
 
 def _by_place(outcomes: Iterable[Outcome], which: str) -> dict[Place, Outcome]:

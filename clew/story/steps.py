@@ -66,6 +66,15 @@ class Step:
     end: End | None
     """None: it is under way."""
 
+    def __str__(self) -> str:
+        plan, end = self.plan, self.end
+        target = f"{plan.length_m:.3f} m to ({plan.target.x_m:.3f}, {plan.target.y_m:.3f})"
+        said = f"step {self.number} of r{self.robot}: planned at t={self.t_s:.3f} s, {target}"
+        if end is None:
+            return f"{said}; under way"
+        clear = "" if end.clearance_m is None else f", {end.clearance_m:.3f} m clear"
+        return f"{said}; {end.how} at t={end.t_s:.3f} s{clear}"
+
 
 @dataclass(slots=True)
 class Way:

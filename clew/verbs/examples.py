@@ -65,7 +65,11 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
         "campaign --faults swarm --seeds 1-100 --jobs 2 --out runs/swarm",
         "campaign --faults swarm --seeds 1-20000 --executor dask --scheduler tcp://127.0.0.1:8786",
     ],
-    "compare": ["compare runs/certified runs/mine", "compare runs/certified runs/mine --json"],
+    "compare": [
+        "compare runs/certified runs/mine",
+        "compare runs/certified runs/mine --each",
+        "compare runs/rehearsed runs/live",
+    ],
     "shrink": ["shrink runs/latest", "shrink runs/swarm --seed 17"],
     "chaos": ["chaos --runs 10 --speed 2"],
     "mutants": ["mutants --mutant any-order"],

@@ -1,6 +1,7 @@
 """The page as a tool: what it says of a failure, how it fits a laptop, and how one gets about in it."""
 
 import json
+import math
 import tomllib
 from collections.abc import Iterator
 from itertools import pairwise
@@ -14,7 +15,7 @@ from playwright.sync_api import Browser, Page
 from clew.log import timeline
 from protocol.faults.plan import Plan
 from protocol.run_settings import read_plan
-from protocol.timeline import AuthorityGranted, OrderAccepted
+from protocol.timeline import AuthorityGranted, OrderAccepted, StepPlanned
 from tests.support.pages.browser import Sight, sight
 from tests.support.pages.pages import page_of
 from tests.support.runs import Runs
@@ -224,6 +225,23 @@ def test_the_inspector_says_what_a_robot_does_and_knows(page: Page, run: Path) -
     assert said["ahead"].endswith(f"{granted.authority_m:.2f} m granted, {t_s - granted_s:.1f} s ago")
     assert said["strand"] == "2 of 4, epoch 20002, turn 1"
     assert said["knows"].startswith("epoch 20002, rank 1 of 4, ")
+
+
+def test_the_inspector_says_what_the_newest_plan_is_for(page: Page, run: Path) -> None:
+    plan_s, plan = next(
+        (entry.t_s, entry.record)
+        for source, entry in timeline.read(run).lines
+        if source == "r2" and isinstance(entry.record, StepPlanned) and not entry.record.joins
+    )
+    page.evaluate(f"clew.seek({plan_s + 0.01}); clew.choose(2); clew.draw()")
+    said = page.locator("#inspector dt", has_text="last plan").locator("xpath=following-sibling::dd[1]")
+    assert plan.promised_clearance_m is not None
+    assert plan.cost_to_go_m is not None
+    assert said.inner_text().startswith(
+        f"step {plan.step}: {plan.length_m:.2f} m at {math.degrees(plan.heading_rad):.0f}°, promises "
+        f"{plan.promised_clearance_m:.3f} m, leaves a cost-to-go of {plan.cost_to_go_m:.2f} m; "
+        f"{len(plan.obstacles)} obstacles, {len(plan.gaps)} gaps seen, 0.0 s ago"
+    )
 
 
 def test_the_map_of_a_moment_and_the_run_are_saved(page: Page) -> None:

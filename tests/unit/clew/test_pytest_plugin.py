@@ -86,6 +86,26 @@ def test_all_arrive(clew_rehearsal):
     assert "kill-2" in shrunk
 
 
+def test_a_failing_test_is_not_played_again_where_that_is_asked_for(tmp_path: Path) -> None:
+    test = """
+@pytest.mark.clew(robots=2)
+def test_ends_at_once(clew_rehearsal):
+    clew_rehearsal.link(1, 2).drop(0.1)
+    clew_rehearsal.tail.kill(from_s=2.0)
+    clew_rehearsal.finish()
+    with open("played", "a") as file:
+        file.write("x")
+    assert False
+"""
+    code, said = played(tmp_path, test, "--clew-no-shrink")
+    assert code == 1, said
+    assert [(each.name, each.read_text()) for each in tmp_path.rglob("played")] == [("played", "x")]
+    assert "faults: all that were given; --clew-no-shrink leaves out the search for those that matter" in said
+    assert 'name = "drop-1"' in said
+    assert 'name = "kill-2"' in said
+    assert "/clew_rehearsal/shrunk.toml" in said
+
+
 FAILING = """
 played = []
 

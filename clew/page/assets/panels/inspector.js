@@ -31,10 +31,19 @@ function factsOf(run, body, t) {
     ["behind", strand && place >= 0 && place + 1 < strand.order.length ? neighbourWords(run, body.robot, strand.order[place + 1], t, false) : ""],
     ["last order", orderWords(run, body, t)],
     ["last scan", newestWords(run, "scan.served", body.robot, t, (rows, i) => `${rows.hits[i]} hits`)],
-    ["last plan", newestWords(run, "step.planned", body.robot, t, (rows, i) => `step ${rows.step[i]}: ${counted(rows.obstacles[i].length, "obstacle")}, ${counted(rows.gaps[i].length, "gap")} seen`)],
+    ["last plan", newestWords(run, "step.planned", body.robot, t, planWords)],
     ["segment", newestWords(run, "segment.checked", body.robot, t, (rows, i) => `${rows.clear[i] ? "clear" : "not clear"}, ${metres(rows.clearance_m[i], 2)}`)],
     ["knows", newestWords(run, "strand.joined", body.robot, t, (rows, i) => `epoch ${rows.epoch[i]}, rank ${rows.rank[i]} of ${rows.members[i]}`)],
   ];
+}
+
+/** @param {Columns} rows @param {number} i */
+function planWords(rows, i) {
+  const degrees = ((rows.heading_rad[i] * 180) / Math.PI).toFixed(0);
+  const promised = rows.promised_clearance_m[i] === null ? "" : `, promises ${metres(rows.promised_clearance_m[i], 3)}`;
+  const left = rows.cost_to_go_m[i] === null ? "" : `, leaves a cost-to-go of ${metres(rows.cost_to_go_m[i], 2)}`;
+  const seen = `${counted(rows.obstacles[i].length, "obstacle")}, ${counted(rows.gaps[i].length, "gap")} seen`;
+  return `step ${rows.step[i]}: ${metres(rows.length_m[i], 2)} at ${degrees}°${promised}${left}; ${seen}`;
 }
 
 /** @param {Run} run @param {string} kind @param {string | number} key @param {number} t @param {(rows: Columns, i: number) => string} say */

@@ -95,10 +95,24 @@ MOMENT_M = BRIEF_S * RUNNER.obstacle_speed_mps_max
 MOVES_M = MOVES_S * RUNNER.obstacle_speed_mps_max
 
 
+def post(off_m: float) -> Circle:
+    """Something round, so far beside the robot."""
+    return Circle(centre_m=(0.0, off_m + 0.1), radius_m=0.1)
+
+
 def good_s(x_m: float, y_m: float, *, radius_m: float = 0.25) -> float:
     """How long the way is safe beside somebody there."""
     somebody = Circle(centre_m=(x_m, y_m), radius_m=radius_m)
     return good_for_s(look_around([somebody], RUNNER), TARGET, RUNNER)
+
+
+def test_a_permission_lasts_for_two_ticks_of_the_world_or_there_is_none() -> None:
+    """In one tick the order comes, and in the next one the body moves."""
+    away, offs_m = np.array([0.0, -2.0]), np.arange(0.115, 0.145, 0.001).tolist()
+    goods_s = [good_for_s(look_around([post(off_m)], MISSION), away, MISSION) for off_m in offs_m]
+    assert goods_s == sorted(goods_s)
+    assert goods_s[0] == 0.0
+    assert 0.04 <= min(good for good in goods_s if good > 0.0) < 0.05
 
 
 @pytest.mark.parametrize("x_m", [-0.1, 0.0, 0.1, 0.3])

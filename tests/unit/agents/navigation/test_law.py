@@ -108,6 +108,17 @@ def test_nor_can_it_turn_the_rays_which_all_scans_share() -> None:
         scan_rays(360).setflags(write=True)
 
 
+@pytest.mark.parametrize("room_m", [0.04, 0.08])
+def test_a_step_of_which_one_centimetre_or_more_is_certified_is_driven(
+    use: Callable[[Law], None], room_m: float
+) -> None:
+    use(lambda _: Step(0.0, 1.0))
+    far_m = MISSION.obstacle_keep_m + room_m
+    driven = step_through([wall((far_m, -1.0), (far_m, 1.0))], MISSION)
+    assert isinstance(driven, Driven)
+    assert 0.01 <= driven.planned.length_m <= room_m
+
+
 def test_a_step_of_which_nothing_is_certified_is_refused(use: Callable[[Law], None]) -> None:
     use(lambda seen: seen.step_to((1.0, 0.0)))
     refused = step_through([wall((0.2, -1.0), (0.2, 1.0))], MISSION)

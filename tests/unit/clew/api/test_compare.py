@@ -1,10 +1,14 @@
-"""Two runs, aligned by switching step."""
+"""Two runs, aligned by switching step, and what came of them."""
+
+import json
+from pathlib import Path
 
 import pytest
 
 from clew.api.compare import compare
 from clew.api.run import open_run
 from protocol.errors import UsageError
+from tests.support.campaigns import clew
 from tests.support.runs import Runs
 
 
@@ -33,6 +37,53 @@ def test_a_step_that_one_run_lacks_stands_alone(runs: Runs) -> None:
     assert len(one.steps) != len(other.steps)
     assert alone
     assert str(compare(one, other)).startswith("started differently: faults; the first difference is in step")
+
+
+def test_what_came_of_both_runs_stands_side_by_side(runs: Runs) -> None:
+    calm, killed = open_run(runs.of("grove")), open_run(runs.of("grove", faults="leader-killed"))
+    assert calm.verdict is not None
+    assert killed.verdict is not None
+    came = {(each.measure, each.robot): each for each in compare(calm, killed).outcomes}
+    assert (came["robots_arrived", None].a, came["robots_arrived", None].b) == (5, 4)
+    assert came["sim_s", None].difference == killed.verdict.sim_s - calm.verdict.sim_s
+    death = killed.verdict.deaths[0]
+    assert death.recovered_s is not None
+    healed = came["healed_s", 1]
+    assert (healed.a, healed.b, healed.difference) == (None, death.recovered_s - death.cause_s, None)
+    assert ("moving_clearance_m_min", None) not in came, "nothing moves in the grove"
+    lossy = compare(calm, open_run(runs.of("grove", faults="loss-50"))).outcomes
+    lost = next(each for each in lossy if each.measure == "lost_to_faults")
+    assert lost.a == 0
+    assert lost.b is not None
+    assert lost.b > 1000
+
+
+def test_nothing_came_yet_of_a_run_without_a_verdict(runs: Runs, tmp_path: Path) -> None:
+    cut = runs.copy(tmp_path / "cut", "grove")
+    (cut / "verdict.json").unlink()
+    assert compare(open_run(runs.of("grove")), open_run(cut)).outcomes == ()
+
+
+def test_the_verb_compares_two_runs(runs: Runs) -> None:
+    a, b = str(runs.of("grove")), str(runs.of("grove", faults="leader-killed"))
+    done = clew("compare", a, b)
+    assert done.exit_code == 0
+    cells = [[cell.strip() for cell in line.split("│")[1:-1]] for line in done.stdout.splitlines()]
+    assert ["robots arrived", "5", "4", "-1"] in cells
+    assert ["promises broken", "0", "0", "+0"] in cells
+    assert any(row[:2] == ["r1: death healed after [s]", "-"] for row in cells if row)
+    assert f"A: {a}: OK: every living robot has arrived; 5 of 5" in done.stdout
+    assert "started differently: faults; the first difference is in step" in done.stdout
+    told = json.loads(clew("compare", a, b, "--json").stdout)
+    assert told["asked"] == ["faults"]
+    assert told["outcomes"][0] == {"measure": "robots_arrived", "robot": None, "a": 5, "b": 4}
+    assert told["first"]["step"] > 0
+
+
+def test_a_run_and_something_else_cannot_be_compared(runs: Runs, tmp_path: Path) -> None:
+    done = clew("compare", str(runs.of("grove")), str(tmp_path))
+    assert done.exit_code == 2
+    assert "no campaign is there, nor are A and B two runs" in done.stderr
 
 
 def test_a_folder_is_no_run_to_compare(runs: Runs) -> None:

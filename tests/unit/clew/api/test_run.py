@@ -39,6 +39,20 @@ def test_entries_are_those_of_the_log_in_its_order(run: Run) -> None:
     }
 
 
+def test_a_step_is_printed_as_a_sentence(runs: Runs) -> None:
+    first = open_run(runs.of("grove")).steps[0]
+    assert first.end is not None
+    target = f"({first.plan.target.x_m:.3f}, {first.plan.target.y_m:.3f})"
+    assert str(first) == (
+        f"step 1 of r1: planned at t={first.t_s:.3f} s, {first.plan.length_m:.3f} m to {target}; "
+        f"finished at t={first.end.t_s:.3f} s, {first.end.clearance_m:.3f} m clear"
+    )
+    cut = open_run(runs.of("grove", faults="killed-after-plan")).steps[1]
+    assert str(cut).startswith("step 2 of r1: planned at ")
+    assert "; broken off at t=" in str(cut)
+    assert "clear" not in str(cut)
+
+
 @pytest.mark.parametrize("kind", ["step.planed", "stepp.*", ("step.*", "step.planed")])
 def test_a_kind_that_there_is_not_is_refused_with_a_suggestion(run: Run, kind: str | tuple[str, ...]) -> None:
     near = "'step.planned'" if "step.planed" in kind else "'step."

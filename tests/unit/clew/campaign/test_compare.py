@@ -51,6 +51,15 @@ def test_a_fleet_that_gives_up_early_is_not_quick() -> None:
     assert (arrived.pairs, arrived.a, arrived.b, arrived.difference) == (2, 1.0, 0.5, -0.5)
 
 
+def test_each_pair_is_told_with_the_worst_of_b_first() -> None:
+    a = played(("one", 1, 10.0, True), ("two", 1, 10.0, True), ("three", 1, 10.0, True))
+    b = played(("one", 1, 12.0, True), ("two", 1, 1.0, False), ("three", 1, 15.0, True))
+    each = against(a, b).each
+    assert [pair.scene for pair in each] == ["two", "three", "one"]
+    assert [(pair.a["sim_s"], pair.b["sim_s"]) for pair in each] == [(10.0, 1.0), (10.0, 15.0), (10.0, 12.0)]
+    assert [pair.b["arrived"] for pair in each] == [0.0, 1.0, 1.0]
+
+
 def test_a_scene_with_many_seeds_counts_once() -> None:
     a = played(*(("one", seed, 10.0, True) for seed in range(9)), ("two", 0, 10.0, True))
     b = played(*(("one", seed, 11.0, True) for seed in range(9)), ("two", 0, 13.0, True))
@@ -128,6 +137,14 @@ def test_the_verb_compares_two_laws_on_the_same_scenes(
     assert "time [s]" in shown.stdout
     assert "asked differently: law: A as each scene says, B mylaw.py:mine@" in shown.stdout
     assert shown.stdout.endswith("2 pairs of 2 scenes. A: ours, B: mine\n")
+    cells = [
+        [cell.strip() for cell in line.split("│")[1:-1]]
+        for line in clew("compare", "ours", "mine", "--each").stdout.splitlines()
+    ]
+    pairs = [row for row in cells if row and row[0].startswith("scenes/")]
+    assert {row[0] for row in pairs} == {f"scenes/{path.stem}" for path in (tmp_path / "scenes").iterdir()}
+    assert {row[2] for row in pairs} == {"A B"}
+    assert all(int(row[5]) < int(row[6]) for row in pairs), "steps of A and of B"
     told = json.loads(clew("compare", "ours/campaign.json", "mine", "--json").stdout)
     assert list(told["asked"]) == ["law"]
     steps = next(each for each in told["measures"] if each["measure"] == "switching_steps")
