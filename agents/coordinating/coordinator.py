@@ -1,14 +1,16 @@
 """The coordinator of a view: it hears the reports, gives the turns and makes the one formation. Pure.
 
 Rule 1: it puts the next turn only when its own odometry has told this one, and each turn has one content
-        (F4).
+        (F4). It gives no turn while its own place may be older than its own last turn: the next robot takes
+        hits there for its hull (F6b).
 Rule 2: a formation is made once, from places that each were read from an odometry of a later turn than the
         last one that was put for that robot. After that it puts nothing but ALL.
 Rule 3: a robot that is lost before that, or reports in another life, is dropped, and the draft begins again
-        with the robots in place. It also begins again when another robot has reported. A draft begins only
-        when no robot has a turn any more, and all places are newer than all turns. Otherwise a robot's view
-        of its leg may show where another robot stood before its turn. Of two lives that have told the same
-        turn nobody knows which is the older one, so the newest report may be late, and tell such a place.
+        with the robots in place. So is one that is silent while the view waits for its place. The draft also
+        begins again when another robot has reported. It begins only when no robot has a turn any more, and
+        all places are newer than all turns. Otherwise a robot's view of its leg may show where another robot
+        stood before its turn. Of two lives that have told the same turn nobody knows which is the older one,
+        so the newest report may be late, and tell such a place.
 Rule 4: what no message can tell has no place in the formation: robots without a place are told so.
 Rule 5: it goes by phases (`agents.coordinating.phases`). It goes on when it waits for no robot any more.
 """
@@ -112,26 +114,37 @@ class Coordinator:
         """The robots that the view waits for in its phase."""
         match self.phase:
             case Phase.GATHERING:
-                is_late = now_s - self._began_s > self._timing.reports_s
-                return self._reported.awaited(self._turns, now_s, is_late=is_late)
+                is_late = now_s - self._began_s > self._timing.reports_s and self._suspicion.judges(now_s)
+                return self._owing or (frozenset() if is_late else self._reported.unheard(now_s))
             case Phase.LOOKING:
                 return self._questions.awaited(now_s)
-            case Phase.TURNING if self._turns.holder:
-                return {self._turns.holder}
             case Phase.TURNING:
-                return self._reported.old({self._robot}, self._turns) or self._may_come_back(now_s)
+                holder = self._turns.holder
+                return {holder} if holder else self._owing or self._may_come_back(now_s)
             case Phase.CLOSING:
-                old = self._reported.old(self._draft.strand, self._turns)
                 is_late = now_s - self._since_s > self._timing.looks_s
-                return old if is_late else old | {r for r in self._map_from if self._reports[r].seen is None}
+                untold = {robot for robot in self._map_from if self._reports[robot].seen is None}
+                return self._owing if is_late else self._owing | untold
             case Phase.FORMED:
+                return frozenset()
+
+    @property
+    def _owing(self) -> Set[int]:
+        """The robots that have yet to tell this phase a place that is newer than their own last turn."""
+        match self.phase:
+            case Phase.GATHERING:
+                return self._reported.old(self._reports.keys(), self._turns)
+            case Phase.TURNING:
+                return self._reported.old({self._robot}, self._turns)
+            case Phase.CLOSING:
+                return self._reported.old(self._draft.strand, self._turns)
+            case _:
                 return frozenset()
 
     def _may_come_back(self, now_s: float) -> Set[int]:
         """The robots that were there lately, as long as the view has not waited for them for long."""
-        comes_back_s = self._timing.comes_back_s
-        waits = now_s - self._began_s < comes_back_s
-        return self._reported.missing(now_s - comes_back_s) if waits else frozenset()
+        since_s = now_s - self._timing.comes_back_s
+        return self._reported.missing(since_s) if self._began_s > since_s else frozenset()
 
     @property
     def _map_from(self) -> Set[int]:
@@ -143,7 +156,8 @@ class Coordinator:
         return frozenset({robot} if is_newer else ())
 
     def _go_on(self, fence: Fence, now_s: float) -> list[Command]:
-        for robot in self._reported.lost(self._robot, now_s):
+        silent_s = self._timing.looks_s
+        for robot in self._reported.lost(self._robot, now_s, owing=self._owing, silent_s=silent_s):
             self._drop(robot, now_s)
         if self._robot not in self._reports:
             return []
@@ -181,7 +195,7 @@ class Coordinator:
             return []
         if self.phase is Phase.TURNING and reports.keys() - {*draft.order}:  # another robot has reported
             self._enter(Phase.GATHERING, now_s)
-        if self.phase is Phase.GATHERING or self._reported.old({self._robot}, self._turns):
+        if self.phase is Phase.GATHERING or self._owing:
             return self._take_back(fence, now_s)  # the next robot is to know where this one stands
         match draft.next(reports, others_may_come_back=bool(self._may_come_back(now_s))):
             case int(robot):

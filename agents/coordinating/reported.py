@@ -6,7 +6,7 @@ Rule 2: once the formation is made, no report counts any more. A report of a rob
         does not count for as long as that lasts.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Set
 from dataclasses import dataclass, field
 
 from agents.coordinating.turns import Turns
@@ -70,11 +70,8 @@ class Reported:
         had_turn = turns.had & robots
         return {robot for robot in had_turn if self.counted[robot].turn <= turns.put_for(robot)}
 
-    def awaited(self, turns: Turns, now_s: float, *, is_late: bool) -> set[int]:
-        """The robots that a draft waits for: for newer places; else for reports, unless it is late."""
-        old = self.old(self.counted.keys(), turns)
-        if old or (is_late and self.suspicion.judges(now_s)):
-            return old
+    def unheard(self, now_s: float) -> Set[int]:
+        """The robots that may report yet."""
         return self.missing(now_s - GRACE_S) - self.suspicion.suppressed(now_s)
 
     def missing(self, since_s: float) -> set[int]:
@@ -82,13 +79,16 @@ class Reported:
         presence, others = self.suspicion.presence, set(range(1, self.robots + 1)) - self.counted.keys()
         return {each for each in others if not (presence.sees_all and presence.has_gone_by(each, since_s))}
 
-    def lost(self, own: int, now_s: float) -> list[int]:
-        """The robots that count and are gone, but this one; told once for all that is heard at one time."""
-        if now_s == self._looked_s:
+    def lost(self, own: int, now_s: float, *, owing: Set[int], silent_s: float) -> list[int]:
+        """The robots that count and are gone, but this one; told once for all that is heard at one time.
+
+        One that owes its place and has been silent for so long is gone, too, though it shows a token.
+        """
+        if now_s == self._looked_s or not self.suspicion.judges(now_s):
             return []
         self._looked_s = now_s
-        return [
-            robot
-            for robot in sorted(self.counted)
-            if robot != own and self.suspicion.has_gone(robot, self._heard_s[robot], now_s)
-        ]
+        silent = {robot for robot in owing if now_s - self._heard_s[robot] > silent_s}
+        gone = {
+            robot for robot in self.counted if self.suspicion.has_gone(robot, self._heard_s[robot], now_s)
+        }
+        return sorted((gone | silent) - {own})

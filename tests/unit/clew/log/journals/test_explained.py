@@ -149,6 +149,7 @@ def test_the_state_of_a_coordinator_says_whom_its_draft_leaves_out(cut: Path) ->
     said = clew("replay", cut, "--until", "12", "--robot", "2")
     [draft] = [line for line in said.stdout.splitlines() if line.startswith("  view ")]
     assert " in_place=nobody " in draft
+    assert " phase=gathering awaits=r4 r5 awaits_s=1.000 " in draft
     assert "r1: its turn has not come; " in draft
     assert "r4: it has not reported; r5: it has not reported" in draft
     first = clew("replay", cut, "--break", "in_place == 'r1 r2'")
