@@ -74,7 +74,7 @@ def test_the_page_on_the_protocol_has_the_numbers_of_liveness() -> None:
     told = {float(number) for number in re.findall(r"\d+(?:\.\d+)?", table)}
     timing = Timing()
     kept = {getattr(timing, name) for name in Timing.__dataclass_fields__}
-    kept |= {presence.GRACE_S, suspicion.HALF_LIFE_S, suspicion.SUPPRESS, suspicion.REUSE}
+    kept |= {presence.GRACE_S, suspicion.HALF_LIFE_S, suspicion.SUPPRESS}
     kept |= {pleas.STOP_S, fence.OUTSIDERS_S, leading.TURNS_MAX}
     kept |= {quota.RAISES_MAX, quota.BACK_S, quota.BACK_S_MAX, blocked.BLOCKED_S, blocked.DISSOLVED_MAX}
     assert {float(value) for value in kept} <= told
