@@ -136,7 +136,7 @@ class Coordinator:
     def _begin(self, now_s: float) -> None:
         """Begin a draft, or begin it again with those that are in place."""
         if self._draft is None:
-            led = self._agreement.led_in_vain(self._reports)
+            led = self._agreement.counters(self._reports).last_to_lead
             self._draft = Draft(self._mission, self._timing, self._agreement.intent.cause, led)
         if self._has_news:
             self._has_news = False
