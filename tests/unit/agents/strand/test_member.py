@@ -5,12 +5,10 @@ from msgspec.structs import replace
 
 from agents.commands import AskScan, Note
 from agents.events import LinkHeard
-from agents.liveness.reason import Turnabout
 from agents.navigation.step import NoStep
 from agents.strand.blocked import BLOCKED_S
 from agents.strand.leader import NO_WAY, DeadEnd, Leader, Wait
 from agents.strand.leading import SETTLED_S
-from agents.strand.member import IN_VAIN_MAX, TOO_OFTEN
 from protocol.fence import Cause
 from protocol.frames import Point, Pose, Vertex
 from protocol.path import Path
@@ -195,34 +193,6 @@ def test_a_robot_whose_way_stays_blocked_wants_a_view_until_the_block_goes_away(
     assert stage.parts[2].driver.was_sent
 
 
-@pytest.mark.parametrize("comes_on", [False, True])
-def test_after_too_many_attempts_in_vain_the_leader_says_for_a_robot_that_is_blocked_that_the_route_is_lost(
-    monkeypatch: pytest.MonkeyPatch, *, comes_on: bool
-) -> None:
-    """In a long run many ways are blocked, one after the other."""
-    if not comes_on:
-        monkeypatch.setattr(Leader, "plan", lambda *_, **__: Wait())
-    stage = queue(shapes=[])
-    stage.shapes, stage.is_checked, stage.counters = [BOX], False, Counters(in_vain=IN_VAIN_MAX)
-    stage.reform(counters=stage.counters)
-    stage.run(BLOCKED_S + 3.0)
-    reason, counters = stage.members[2].reason, stage.members[2].counters
-    assert reason is not None
-    assert (reason.cause, counters.in_vain) == (Cause.BLOCKED, 1 if comes_on else IN_VAIN_MAX + 1)
-    assert not stage.records(RouteLost), "only the leader may say so"
-    stage.reform(counters=counters)
-    stage.run(1.0)
-    lost = [robot for robot, record in stage.told if isinstance(record, RouteLost)]
-    assert lost == ([] if comes_on else [1])
-
-
-def test_after_as_many_attempts_a_leader_whose_way_is_clear_goes_on() -> None:
-    stage = queue(shapes=[])
-    stage.reform(counters=Counters(in_vain=IN_VAIN_MAX))
-    stage.run(1.0)
-    assert not stage.records(RouteLost), "its way is clear"
-
-
 @pytest.mark.parametrize(
     ("in_vain", "heals", "cause"),
     [((), 1, Cause.NO_WAY), ((3, 2), 1, Cause.NO_WAY), ((1, 3, 2), 1, None), ((), 0, None)],
@@ -353,36 +323,6 @@ def test_a_strand_in_a_blind_alley_turns_round_and_comes_to_the_goal(loss: float
     assert all(member.arrived for member in stage.members.values())
     assert stage.order == (3, 2, 1)
     assert stage.leader.counters.in_vain == 0, "a step towards the goal was planned"
-
-
-@pytest.mark.parametrize(("in_vain", "is_lost"), [(IN_VAIN_MAX - 1, False), (IN_VAIN_MAX, True)])
-@pytest.mark.parametrize("step", [DeadEnd(0.4), NO_WAY])
-def test_after_too_many_attempts_in_vain_the_route_is_lost(
-    step: DeadEnd | NoStep, in_vain: int, *, is_lost: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(Leader, "plan", lambda *_, **__: step)
-    stage = MemberStage(MISSION, row(3), ORDER, counters=Counters(in_vain=in_vain, heals=1))
-    stage.run(3.0)
-    assert (stage.leader.reason is None) == is_lost
-    assert stage.leader.counters.in_vain == IN_VAIN_MAX
-    assert [record.reason for record in stage.records(RouteLost)] == is_lost * [TOO_OFTEN]
-
-
-def test_a_leader_in_a_dead_end_says_how_far_the_tail_is_to_come_back_and_that_counts_once(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Else a strand that has come back as often as it may is given up before it has tried its other way."""
-    monkeypatch.setattr(Leader, "plan", lambda *_, **__: DeadEnd(0.4))
-    stage = MemberStage(MISSION, row(3), ORDER, counters=Counters(in_vain=IN_VAIN_MAX - 1))
-    stage.run(3.0)
-    reason = stage.leader.reason
-    assert reason is not None
-    assert reason.turnabout == Turnabout(cut_m=0.0, end_m=1.0, back_by_m=0.6)
-    stage.reform(reason.turnabout)
-    while stage.leader.reason is None:
-        stage.run(1.0)
-    assert (stage.leader.reason.cause, stage.leader.counters.in_vain) == (Cause.DEAD_END, IN_VAIN_MAX)
-    assert not stage.records(RouteLost)
 
 
 def test_a_leader_that_waits_for_its_strand_plans_again_as_soon_as_all_have_stood_for_a_while(
