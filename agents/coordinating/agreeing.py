@@ -23,7 +23,7 @@ from protocol.wire.view import Counters, Report
 Reports = Mapping[int, Report]
 NO_WAY = "it finds no way to a place behind the others"
 NO_ROOM = "the strand has too many robots and corners for one message: make several fleets"
-IN_VAIN = 2  # leaders knew no way: both ends of a strand, or two of its robots
+IN_VAIN = 2  # attempts of a strand: by both of its ends, or by two of its robots
 LEFT_OUT_PART = 20  # of a strand that is too long: so much of it is left out at a time
 
 
@@ -107,17 +107,10 @@ class Agreement:
         own, newest = reports[self.robot], _newest(reports)
         counters = own.counters if own.counted == newest.counted else newest.counters
         return replace(
-            _locked_in(counters, reports, newest.counted),
+            _last_to_lead(counters, reports, newest.counted),
             steps=max(report.counters.steps for report in reports.values()),
             heals=one_more(counters.heals) if self.intent.heals else counters.heals,
         )
-
-    def led_in_vain(self, reports: Reports) -> tuple[int, ...]:
-        """The robots that do not lead next."""
-        counters = self.counters(reports)
-        led, locked_in = counters.led_in_vain, counters.locked_in
-        barred = (*led, *(robot for robot in locked_in if robot not in led))
-        return barred if reports.keys() - {*barred} else led
 
     def _plan(
         self,
@@ -154,18 +147,17 @@ def newest_map(reports: Reports) -> int:
     return max(reports, key=lambda robot: (reports[robot].map_number, reports[robot].seen is not None))
 
 
-def _locked_in(counters: Counters, reports: Reports, ended: Epoch) -> Counters:
-    """Note which robots are locked in.
+def _last_to_lead(counters: Counters, reports: Reports, ended: Epoch) -> Counters:
+    """Note which robots lead only after all others.
 
-    If `IN_VAIN` leaders of a strand knew no way since it last advanced, all of its robots are, as long as
-    another one is there that may lead. What that one leads counts anew.
+    After `IN_VAIN` attempts of a strand these are all of its robots, and first those that have not led, as
+    long as another one is there that may lead. What that one leads counts anew.
     """
-    led, locked_in = {*counters.led_in_vain}, {*counters.locked_in}
+    last = tuple(dict.fromkeys(counters.last_to_lead))  # a robot may have told one twice
     of_strand = {robot for robot, report in reports.items() if report.counted == ended}
-    may_lead = reports.keys() - led - locked_in
-    if counters.turns + len(led - locked_in) < IN_VAIN or may_lead <= of_strand:
-        return counters
-    return replace(counters, turns=0, locked_in=tuple(sorted(led | locked_in | of_strand)))
+    if counters.in_vain < IN_VAIN or reports.keys() <= of_strand.union(last):
+        return replace(counters, last_to_lead=last)
+    return replace(counters, in_vain=0, last_to_lead=(*sorted(of_strand.difference(last)), *last))
 
 
 def _newest(reports: Reports) -> Report:

@@ -183,7 +183,7 @@ class Coordinator:
     def _look(self, obstacle_m: Mapping[int, float], now_s: float) -> None:
         """Robots look at the legs of the next order; without a goal, first at what is near them."""
         draft, reports, turn = self._draft, self._reports, self._turns.number
-        draft.begin(reports, obstacle_m, self._agreement.led_in_vain(reports))
+        draft.begin(reports, obstacle_m, self._agreement.counters(reports).last_to_lead)
         asked = self._questions.ask(draft.order, reports, now_s, turn=turn, keeps=draft.keeps)
         self._reported.ask(asked)
 

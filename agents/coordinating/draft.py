@@ -10,7 +10,7 @@ Rule 2: the turn goes to the nearest robot that is not in place and has not had 
         strand. Behind another one it may find a way. A draft that begins again with the same strand does not
         repeat what was in vain. Where all that are left had one in vain, the last of them is first: in a
         queue whose end has come in, it has room to move now.
-Rule 3: if no robot finds a way, and another one that has not led in vain is nearer to the goal than the
+Rule 3: if no robot finds a way, and another one, not among the last to lead, is nearer to the goal than the
         leader, that one leads. Else those in place go on: then the others may find a way.
 Rule 4: robots that are left out and were there lately may stand in the way, and may come back. So the draft
         waits for them before that.
@@ -60,7 +60,7 @@ class Draft:
     cause: Cause
     """Why there is a view."""
     led: tuple[int, ...] = ()
-    """The robots that have led in vain, in this view or since the strand last advanced."""
+    """The robots that lead only after all others: they have led in vain, in this view or before."""
     order: Order = ()
     """The one that is tried."""
     strand: Order = ()
@@ -91,7 +91,7 @@ class Draft:
             reports: of the view.
             obstacle_m: without a goal, each robot's distance from the nearest obstacle; empty: there is no
                 order before they have looked around.
-            led: the robots that led in vain before this view.
+            led: the last to lead, as counted before this view.
         """
         places, goal = places_of(reports), self.mission.goal
         self.led, self._stayed = self.led or led, self.strand

@@ -19,8 +19,7 @@ from protocol.wire.link import Link
 from protocol.wire.messages import AheadState, BehindState
 
 HALF_LIFE_S = 30.0  # of a penalty
-SUPPRESS = 1.0  # one loss: for 12 s at first, for longer when it is lost again soon
-REUSE = 0.75
+SUPPRESS = 0.75  # a loss counts 1, so for 12 s at first, and for longer when it is lost again soon
 
 
 @dataclass(slots=True)
@@ -29,7 +28,6 @@ class Penalty:
 
     value: float
     at_s: float
-    suppressed: bool
 
     def now(self, now_s: float) -> float:
         """The value, decayed."""
@@ -88,13 +86,8 @@ class Suspicion:
         """Rule 3: a robot that shows a token has been lost by silence, or keeps the others waiting."""
         before = self._penalties.get(robot)
         value = penalty + (0.0 if before is None else before.now(now_s))
-        suppressed = value >= SUPPRESS or (before is not None and before.suppressed)
-        self._penalties[robot] = Penalty(value, now_s, suppressed)
+        self._penalties[robot] = Penalty(value, now_s)
 
     def suppressed(self, now_s: float) -> frozenset[int]:
         """Rule 3: whom this robot leaves out for now."""
-        return frozenset(
-            robot
-            for robot, penalty in self._penalties.items()
-            if penalty.suppressed and penalty.now(now_s) > REUSE
-        )
+        return frozenset(robot for robot, penalty in self._penalties.items() if penalty.now(now_s) > SUPPRESS)

@@ -3,8 +3,6 @@
 Rule 1: a robot whose way has been blocked for too long wants the strand to dissolve: by what it sees, or by
         robots behind it that have come to stand. One that waits for the robot behind is not blocked. A block
         that goes away before the fence has risen changes nothing.
-Rule 2: after `DISSOLVED_MAX` times without an advance the route is lost, and the leader says so. It does
-        so at once in a strand that has dissolved once more because another robot was blocked.
 """
 
 from agents.body.watch import STILL_S_MAX, Watch
@@ -15,7 +13,6 @@ from protocol.fence import Cause
 from protocol.mission import Mission
 
 BLOCKED_S = 5.0  # five checks; on ground where nothing moves only a robot out of its place goes away
-DISSOLVED_MAX = 8  # since the strand last advanced: every time may undo what the time before has done
 
 
 class Blocked:
@@ -33,11 +30,6 @@ class Blocked:
         if self._strand.quiet_s >= self._patience_s:
             stopped_at_s = min(stopped_at_s, self._advance.kept_back_at_s)
         return now_s - stopped_at_s >= self._patience_s
-
-    def has_lost(self, *, is_blocked: bool) -> bool:
-        """Rule 2, of the leader."""
-        dissolved = self._strand.counters.dissolved
-        return dissolved > DISSOLVED_MAX or (is_blocked and dissolved == DISSOLVED_MAX)
 
     @property
     def reason(self) -> Reason:

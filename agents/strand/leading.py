@@ -1,12 +1,12 @@
 """A leader's part in the strand: one switching step after the other, until the goal, or no way on.
 
 Rule 1: it plans only where the path ends. If its body stands elsewhere, it wants a new formation.
-Rule 2: where the only way leads back, it wants the strand to turn round, `TURNS_MAX` times at most without a
-        step towards the goal between them. A tail that leads it out does not turn it round on a cleared map,
-        and makes room before it takes a short step to the goal: that may end in a gap a little too narrow.
+Rule 2: where the only way leads back, it wants the strand to turn round. A tail that leads it out does not
+        turn it round on a cleared map, and makes room before it takes a short step to the goal: that may end
+        in a gap a little too narrow.
 Rule 3: where it knows no way on, and the strand has lost robots, it wants another robot to lead. The route is
-        lost if `LEADERS_MAX` have led in vain, or this one before, and, where robots are left out, no body
-        has moved for `GONE_S` while it waits. A leader waits first where obstacles may move away.
+        lost if it is one of the last to lead and, where robots are left out, no body has moved for `GONE_S`
+        while it waits. A leader waits first where obstacles may move away.
 Rule 4: after each step that it gives up, but the first ones in an epoch, it waits before it plans again, for
         a time that its life draws. Else two leaders that see the same give way to each other for ever.
 Rule 5 (safety): if it began too near to something, the robots behind do not come there. It wants a view when
@@ -34,9 +34,7 @@ from protocol.timeline import GoalReached, LawFailed, RobotArrived, RouteLost, S
 
 PATIENCE_S = 30.0  # with what stands in all ways on: who walks to and fro has come and gone by then
 GONE_S = 15.0  # with robots that are left out: one that has gone for so long does not come back
-TURNS_MAX = 8  # with no step towards the goal between them
 STANDS_S = 2.0  # in the way for so long: no passer-by
-LEADERS_MAX = 5  # tried from one place, one after the other
 GIVEN_UP_MAX = 2  # in one epoch without a wait: a passer-by costs a leader one or two steps
 BACK_OFF_S = 2.0  # a robot drives by another in this time; the longest wait grows by it
 BACK_OFFS_MAX = 4
@@ -229,22 +227,17 @@ class Leading:
                 return self._give_up_lead(reason, now_s)
             case DeadEnd(back_to_m):
                 self._plans_again_s = now_s + SETTLED_S
-                return self._turn_back(back_to_m)
+                self._turn_back(back_to_m)
             case NoStep() | Wait():
                 pass
         self._plans_again_s = now_s + SETTLED_S
         return []
 
-    def _turn_back(self, back_to_m: float) -> list[Command]:
+    def _turn_back(self, back_to_m: float) -> None:
         """Rule 2."""
-        counters, path = self._strand.counters, self._strand.path
-        if counters.turns >= TURNS_MAX:
-            return self._lose("the strand has turned round too often in vain")
-        turnabout = Turnabout(
-            cut_m=0.0, end_m=self._driver.progress_m, back_by_m=max(0.0, path.end_m - back_to_m)
-        )
+        back_by_m = max(0.0, self._strand.path.end_m - back_to_m)
+        turnabout = Turnabout(cut_m=0.0, end_m=self._driver.progress_m, back_by_m=back_by_m)
         self._reason = Reason(Cause.DEAD_END, "the only way leads back", turnabout=turnabout)
-        return []
 
     def _begin(self, planned: StepPlanned) -> list[Command]:
         self._stuck_at_s = math.inf
@@ -260,18 +253,18 @@ class Leading:
 
     def _give_up_lead(self, reason: str, now_s: float) -> list[Command]:
         """Rule 3."""
-        strand, led = self._strand, self._strand.counters.led_in_vain
-        if not self._has_lost_some or strand.robot in led or len(led) >= LEADERS_MAX:
+        if not self._has_lost_some or self._strand.robot in self._strand.counters.last_to_lead:
             # In an outage or a stop all bodies stand, and nobody can come back.
             waited_s = min(self._driver.odometry.stood_s, now_s - self._stuck_at_s)
             may_come_back = self._some_are_left_out and waited_s < GONE_S
-            return [] if may_come_back else self._lose(reason)
+            return [] if may_come_back else self.lose(reason)
         self._reason = Reason(Cause.NO_WAY, reason)
         return []
 
-    def _lose(self, reason: str) -> list[Command]:
-        self._lost = True
-        return [Note(RouteLost(reason=reason))]
+    def lose(self, reason: str) -> list[Command]:
+        """The route is lost: say so, once."""
+        is_lost, self._lost = self._lost, True
+        return [] if is_lost else [Note(RouteLost(reason=reason))]
 
     @property
     def _some_are_left_out(self) -> bool:

@@ -5,6 +5,9 @@ Rule 1 (safety, F4 and F5 of docs/strand.md): a robot gives orders and tells lin
 Rule 2 (safety): where obstacles move, a robot looks while it drives (`agents.body.watch`).
 Rule 3 (liveness): the stretch rule. A robot waits while the robot behind, as last heard, is too far behind
         what it has been granted. A robot that backs up does not wait for those that will not come further.
+Rule 4 (liveness): a strand that turns round, dissolves or is left without a way has made an attempt in vain.
+        After `IN_VAIN_MAX` of them without an advance, the leader says with the next one that the route is
+        lost. It does so at once if another robot has made that attempt. To back up is no other attempt.
 """
 
 import math
@@ -33,7 +36,6 @@ from protocol.timeline import (
     LeaderSucceeded,
     RobotHeld,
     RobotReleased,
-    RouteLost,
     StrandHealed,
     StrandJoined,
 )
@@ -41,6 +43,8 @@ from protocol.wire.view import Counters, Formation
 
 RELEASE_SHARE = 0.9  # of the link's length: so that a robot at the limit does not stop and go
 GROWN_M_MIN = 0.1  # of the path, worth telling
+IN_VAIN_MAX = 8  # since the strand last advanced: each attempt may undo what the one before has done
+TOO_OFTEN = "the strand has turned round, dissolved or changed its leader too often in vain"
 
 
 class Member:
@@ -81,7 +85,7 @@ class Member:
         self._leading = Leading(mission, driver, senses, memory, self._strand)
         self._reversing = Reversing(driver, self._strand, self._advance, self._leading)
         self._following = Following(driver, self._strand, self._advance)
-        self._joined = self._held = self._lost = False
+        self._joined = self._held = False
         pose = driver.odometry.pose
         off_m = math.hypot(pose.x_m - formation.place.x_m, pose.y_m - formation.place.y_m)
         self._misfit = off_m > mission.mu0_m
@@ -154,20 +158,20 @@ class Member:
         counters, reason = self._strand.counters, self._reason
         counters = replace(counters, steps=max(counters.steps, self._memory.steps))
         match None if reason is None else reason.cause:
-            case Cause.DEAD_END:
-                return replace(counters, turns=one_more(counters.turns))
-            case Cause.BLOCKED:
-                return replace(counters, dissolved=one_more(counters.dissolved))
-            case Cause.NO_WAY if self._robot not in counters.led_in_vain:
-                return replace(counters, led_in_vain=(*counters.led_in_vain, self._robot))
+            case Cause.NO_WAY:
+                last = (*counters.last_to_lead, self._robot)
+                return replace(counters, in_vain=one_more(counters.in_vain), last_to_lead=last)
+            case Cause.DEAD_END if self._backs_up:
+                return counters
+            case Cause.DEAD_END | Cause.BLOCKED:
+                return replace(counters, in_vain=one_more(counters.in_vain))
             case _:
                 return counters
 
     def lets_lead(self, robot: int) -> bool:
-        """Whether it leads, knows no way on, and a robot that is left out may: it has not led in vain."""
-        counters = self._strand.counters
-        in_vain = {*counters.led_in_vain, *counters.locked_in}
-        return self._leads and self._leading.knows_no_way and robot not in in_vain
+        """Whether it leads, knows no way on, and a robot that is left out may lead before others."""
+        is_last = robot in self._strand.counters.last_to_lead
+        return self._leads and self._leading.knows_no_way and not is_last
 
     # --- what it does ---------------------------------------------------------------------------------
 
@@ -238,18 +242,15 @@ class Member:
         return [Note(RobotHeld(behind_m=stretch_m) if self._held else RobotReleased())]
 
     def _decide(self, now_s: float) -> list[Command]:
-        """Whether it wants a new view now."""
-        self._reason = None
-        if self._leads:
-            self._reason = self._reversing.reason if self._backs_up else self._leading.reason
-        if self._reason is not None or self._lost:
+        """Whether it wants a new view now (rule 4)."""
+        self._reason = self._wanted(now_s)
+        if not self._leads or self._backs_up or self.counters.in_vain <= IN_VAIN_MAX:
             return []
-        is_blocked = not self._held and self._blocked.is_so(now_s)
-        if self._leads and self._blocked.has_lost(is_blocked=is_blocked):
-            self._lost = True
-            return [
-                Note(RouteLost(reason="a way is blocked, and the strand has dissolved too often in vain"))
-            ]
-        if is_blocked:
-            self._reason = self._blocked.reason
-        return []
+        self._reason = None
+        return self._leading.lose(TOO_OFTEN)
+
+    def _wanted(self, now_s: float) -> Reason | None:
+        leader = self._reversing if self._backs_up else self._leading
+        reason = leader.reason if self._leads else None
+        is_blocked = reason is None and not self._held and self._blocked.is_so(now_s)
+        return self._blocked.reason if is_blocked else reason

@@ -112,7 +112,7 @@ class Strand:
     @property
     def tries_leaders(self) -> bool:
         """Whether it was formed since a leader knew no way on, and has not advanced since."""
-        return len(self._formation.counters.led_in_vain) > 0
+        return len(self._formation.counters.last_to_lead) > 0
 
     @property
     def counters(self) -> Counters:

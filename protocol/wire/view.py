@@ -47,14 +47,10 @@ class Counters(Struct, frozen=True, gc=False, kw_only=True):
 
     steps: Count = 0
     """Switching steps planned so far."""
-    turns: Count = 0
-    """How often the strand has turned round since it last advanced."""
-    dissolved: Count = 0
-    """How often a strand has dissolved since then."""
-    led_in_vain: Robots = ()
-    """The robots that have led since then and knew no way on."""
-    locked_in: Robots = ()
-    """The robots of strands of which two leaders knew no way on: they lead only after all others."""
+    in_vain: Count = 0
+    """How often a strand has turned round, dissolved or been left without a way since it last advanced."""
+    last_to_lead: Robots = ()
+    """The robots that lead only after all others until then, and the first of them first."""
     heals: Count = 0
     """How often a strand has formed again after a loss."""
 

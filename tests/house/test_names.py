@@ -7,7 +7,7 @@ from pathlib import Path
 from agents.liveness import presence, suspicion
 from agents.liveness.timing import Timing
 from agents.membership import pleas
-from agents.strand import blocked, leading
+from agents.strand import blocked, member
 from protocol.root import ROOT
 from tests.support.docs import page
 from world import quota
@@ -74,7 +74,7 @@ def test_the_page_on_the_protocol_has_the_numbers_of_liveness() -> None:
     told = {float(number) for number in re.findall(r"\d+(?:\.\d+)?", table)}
     timing = Timing()
     kept = {getattr(timing, name) for name in Timing.__dataclass_fields__}
-    kept |= {presence.GRACE_S, suspicion.HALF_LIFE_S, suspicion.SUPPRESS, suspicion.REUSE}
-    kept |= {pleas.STOP_S, fence.OUTSIDERS_S, leading.TURNS_MAX}
-    kept |= {quota.RAISES_MAX, quota.BACK_S, quota.BACK_S_MAX, blocked.BLOCKED_S, blocked.DISSOLVED_MAX}
+    kept |= {presence.GRACE_S, suspicion.HALF_LIFE_S, suspicion.SUPPRESS}
+    kept |= {pleas.STOP_S, fence.OUTSIDERS_S, member.IN_VAIN_MAX}
+    kept |= {quota.RAISES_MAX, quota.BACK_S, quota.BACK_S_MAX, blocked.BLOCKED_S}
     assert {float(value) for value in kept} <= told

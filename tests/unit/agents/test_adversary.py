@@ -98,7 +98,7 @@ class Fleet:
             intent=Intent(Cause.NO_WAY, 2),
             now_s=0.0,
         )
-        led = Counters(led_in_vain=(2, 1))
+        led = Counters(last_to_lead=(2, 1))
         self.reports = {
             robot: Report(
                 epoch=EPOCH,

@@ -7,8 +7,8 @@ from msgspec.structs import replace
 
 from agents.coordinating.phases import Phase
 from agents.membership.states import State
-from agents.strand import leading
 from agents.strand.leader import NO_WAY, Leader
+from agents.strand.leading import Leading
 from clew.explore.setting import SCATTERED, SETTINGS, Setting
 from protocol.fence import Cause, Epoch, May, Raise
 from protocol.frames import Pose
@@ -294,7 +294,9 @@ def test_a_robot_that_found_no_way_to_a_strand_is_let_in_by_a_leader_that_knows_
     stage.run(lambda: stage.fence.may is May.ALL and stage.fence.members == 2)
     if knows_no_way:
         monkeypatch.setattr(Leader, "plan", lambda *_, **__: NO_WAY)
-        monkeypatch.setattr(leading, "LEADERS_MAX", 0)  # so it wants no other robot of the strand to lead
+        monkeypatch.setattr(
+            Leading, "_give_up_lead", lambda *_: []
+        )  # so it wants no other robot of the strand to lead
     stage.pass_s(3.0)
     epoch = stage.fence.epoch
     stage.post(Post(3, 1, 1, Plea(epoch=epoch, life=life, stranded=True)))

@@ -4,6 +4,7 @@ import pytest
 from msgspec.structs import replace
 
 from agents.liveness.reason import Reason
+from agents.strand import member
 from agents.strand.leader import Leader, Wait
 from agents.strand.leading import Leading
 from clew.explore.moments import WORLD
@@ -60,14 +61,15 @@ def test_what_robots_say_that_count_on_from_the_highest_count_arrives(lie: dict[
     assert arrives(LogBatch(entries=tuple(noted)))
 
 
-@pytest.mark.parametrize("cause", [Cause.DEAD_END, Cause.BLOCKED])
+@pytest.mark.parametrize("cause", [Cause.DEAD_END, Cause.BLOCKED, Cause.NO_WAY])
 def test_what_a_member_wants_counts_no_further_than_a_message_can_tell(
     monkeypatch: pytest.MonkeyPatch, cause: Cause
 ) -> None:
     monkeypatch.setattr(Leader, "plan", lambda *_, **__: Wait())
     monkeypatch.setattr(Leading, "reason", Reason(cause, "it wants a view"))
-    highest = Counters(turns=COUNT_MAX, dissolved=COUNT_MAX)
+    monkeypatch.setattr(member, "IN_VAIN_MAX", COUNT_MAX)
+    highest = Counters(in_vain=COUNT_MAX)
     stage = MemberStage(MISSION, row(3), (1, 2, 3), counters=highest)
     stage.run(0.2)
     assert stage.leader.reason == Reason(cause, "it wants a view")
-    assert (stage.leader.counters.turns, stage.leader.counters.dissolved) == (COUNT_MAX, COUNT_MAX)
+    assert stage.leader.counters.in_vain == COUNT_MAX

@@ -5,7 +5,6 @@ from msgspec.structs import replace
 
 from agents.commands import Note
 from agents.coordinating.agreeing import NO_ROOM, Agreement, Intent
-from agents.strand.leading import LEADERS_MAX
 from protocol.fence import Cause, Epoch
 from protocol.frames import METRES_MAX, ROBOTS_MAX, Point, Pose, Vertex
 from protocol.network.outbox import Outbox
@@ -27,7 +26,7 @@ def report(robot: int, *formers: Former) -> Report:
         turn=0,
         place=HERE,
         formers=formers,
-        counters=Counters(led_in_vain=(2,)),
+        counters=Counters(in_vain=1, last_to_lead=(2,)),
         counted=ENDED,
     )
 
@@ -36,51 +35,51 @@ OUTSIDE = {4: replace(report(4), counted=BEFORE), 5: replace(report(5, DRAFTED),
 
 
 @pytest.mark.parametrize(
-    ("turns", "led", "outside", "then"),
+    ("in_vain", "last", "outside", "then"),
     [
-        (0, (2,), OUTSIDE, (2,)),
-        (0, (2, 3), OUTSIDE, (2, 3, 1)),
-        (1, (2,), OUTSIDE, (2, 1, 3)),
+        (1, (2,), OUTSIDE, (2,)),
+        (2, (2, 3), OUTSIDE, (1, 2, 3)),
+        (2, (2,), OUTSIDE, (1, 3, 2)),
         (2, (), OUTSIDE, (1, 2, 3)),
         (2, (), {}, ()),
         (2, (2, 4, 5), OUTSIDE, (2, 4, 5)),
     ],
     ids=["one leader", "two leaders", "both ends", "twice round", "nobody else is there", "all others have"],
 )
-def test_a_robot_that_was_left_out_leads_if_two_leaders_of_the_strand_knew_no_way(
-    turns: int, led: tuple[int, ...], outside: dict[int, Report], then: tuple[int, ...]
+def test_a_robot_that_was_left_out_leads_after_two_attempts_of_the_strand_in_vain(
+    in_vain: int, last: tuple[int, ...], outside: dict[int, Report], then: tuple[int, ...]
 ) -> None:
+    """Those that have not led come first where all are listed."""
     members = {robot: report(robot, Former(epoch=ENDED, rank=robot - 1, at=THERE)) for robot in (1, 2, 3)}
-    counters = Counters(turns=turns, led_in_vain=led)
+    counters = Counters(in_vain=in_vain, last_to_lead=last)
     reports = {robot: replace(each, counters=counters) for robot, each in {**members, **outside}.items()}
     agreement = Agreement(2, EPOCH, Intent(Cause.PLEA, 2), sensed=False)
-    assert agreement.led_in_vain(reports) == then
     told = agreement.counters(reports)
-    assert told.led_in_vain == led, "those who never led may still do so where all others have"
-    assert (told.locked_in, told.turns) == ((), turns) if then == led else (tuple(sorted(then)), 0)
+    assert (told.last_to_lead, told.in_vain) == (then, in_vain if then == last else 0)
 
 
 @pytest.mark.parametrize(
-    ("turns", "led", "then"),
+    ("in_vain", "last", "then"),
     [
-        (0, (2,), (2, 1)),
-        (1, (2, 3), (2, 3, 1, 4)),
-        (0, (2, 3, 4), (2, 3, 4, 1)),
-        (1, (2, 3, 4, 5), (2, 3, 4, 5)),
+        (0, (1, 2), (1, 2)),
+        (1, (1, 2, 3), (1, 2, 3)),
+        (2, (1, 2, 3), (4, 1, 2, 3)),
+        (2, (1, 2, 3, 5), (1, 2, 3, 5)),
+        (0, (2,) * ROBOTS_MAX, (2,)),
     ],
-    ids=["at first", "one after another", "both", "all others have"],
+    ids=["at first", "one after another", "both", "all others have", "told too often"],
 )
-def test_robots_that_are_locked_in_stay_so_when_another_strand_is_lost(
-    turns: int, led: tuple[int, ...], then: tuple[int, ...]
+def test_robots_that_are_to_lead_last_are_so_when_another_strand_is_lost(
+    in_vain: int, last: tuple[int, ...], then: tuple[int, ...]
 ) -> None:
-    counters = Counters(turns=turns, led_in_vain=led, locked_in=(1, 2))
+    counters = Counters(in_vain=in_vain, last_to_lead=last)
     strand = {robot: replace(report(robot), counters=counters) for robot in (3, 4)}
     outside = {robot: replace(report(robot), counted=BEFORE) for robot in (1, 2, 5)}
     agreement = Agreement(3, EPOCH, Intent(Cause.NEIGHBOUR_LOST, 3), sensed=False)
-    assert agreement.led_in_vain({**strand, **outside}) == then
+    assert agreement.counters({**strand, **outside}).last_to_lead == then
 
 
-def test_the_largest_report_of_the_largest_fleet_fits_where_all_but_one_are_locked_in() -> None:
+def test_the_largest_report_of_the_largest_fleet_fits_where_all_but_one_are_to_lead_last() -> None:
     corner, epoch = 0.123456789, Epoch(generation=2**31, robot=ROBOTS_MAX, life=2**63)
     corners = tuple(Vertex(x_m=corner, y_m=corner, s_m=corner) for _ in range(LEG_CORNERS_MAX))
     former = Former(
@@ -91,7 +90,7 @@ def test_the_largest_report_of_the_largest_fleet_fits_where_all_but_one_are_lock
         report(ROBOTS_MAX, *[former] * FORMERS_MAX),
         look=Look(number=9, way=ways),
         seen=bytes(SEEN_BYTES_MAX),
-        counters=Counters(led_in_vain=(1,) * LEADERS_MAX, locked_in=tuple(range(1, ROBOTS_MAX))),
+        counters=Counters(last_to_lead=tuple(range(1, ROBOTS_MAX))),
         counted=epoch,
     )
     assert fits(largest)

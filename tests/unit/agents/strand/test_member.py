@@ -5,11 +5,10 @@ from msgspec.structs import replace
 
 from agents.commands import AskScan, Note
 from agents.events import LinkHeard
-from agents.liveness.reason import Turnabout
 from agents.navigation.step import NoStep
-from agents.strand.blocked import BLOCKED_S, DISSOLVED_MAX
+from agents.strand.blocked import BLOCKED_S
 from agents.strand.leader import NO_WAY, DeadEnd, Leader, Wait
-from agents.strand.leading import SETTLED_S, TURNS_MAX
+from agents.strand.leading import SETTLED_S
 from protocol.fence import Cause
 from protocol.frames import Point, Pose, Vertex
 from protocol.path import Path
@@ -186,40 +185,12 @@ def test_a_robot_whose_way_stays_blocked_wants_a_view_until_the_block_goes_away(
     stage.run(2.0)
     reason, counters = stage.members[2].reason, stage.members[2].counters
     assert (early, reason is not None and (reason.cause, reason.about)) == (None, (Cause.BLOCKED, 2))
-    assert counters.dissolved == 1
+    assert counters.in_vain == 1
     assert not stage.parts[2].driver.was_sent, "it stands"
     stage.shapes = []
     stage.run(2.0)
-    assert (stage.members[2].reason, stage.members[2].counters.dissolved) == (None, 0)
+    assert (stage.members[2].reason, stage.members[2].counters.in_vain) == (None, 0)
     assert stage.parts[2].driver.was_sent
-
-
-@pytest.mark.parametrize("comes_on", [False, True])
-def test_after_too_many_dissolutions_without_coming_on_the_leader_says_that_the_route_is_lost(
-    monkeypatch: pytest.MonkeyPatch, *, comes_on: bool
-) -> None:
-    """It says so for the robot that is blocked. In a long run many ways are blocked, one after the other."""
-    if not comes_on:
-        monkeypatch.setattr(Leader, "plan", lambda *_, **__: Wait())
-    stage = queue(shapes=[])
-    stage.shapes, stage.is_checked, stage.counters = [BOX], False, Counters(dissolved=DISSOLVED_MAX)
-    stage.reform(counters=stage.counters)
-    stage.run(BLOCKED_S + 3.0)
-    reason, counters = stage.members[2].reason, stage.members[2].counters
-    assert reason is not None
-    assert (reason.cause, counters.dissolved) == (Cause.BLOCKED, 1 if comes_on else DISSOLVED_MAX + 1)
-    assert not stage.records(RouteLost), "only the leader may say so"
-    stage.reform(counters=counters)
-    stage.run(1.0)
-    lost = [robot for robot, record in stage.told if isinstance(record, RouteLost)]
-    assert lost == ([] if comes_on else [1])
-
-
-def test_after_as_many_dissolutions_a_leader_whose_way_is_clear_goes_on() -> None:
-    stage = queue(shapes=[])
-    stage.reform(counters=Counters(dissolved=DISSOLVED_MAX))
-    stage.run(1.0)
-    assert not stage.records(RouteLost), "its way is clear"
 
 
 @pytest.mark.parametrize(
@@ -230,12 +201,13 @@ def test_a_leader_that_knows_no_way_on_after_a_loss_wants_another_to_lead_unless
     in_vain: tuple[int, ...], heals: int, cause: Cause | None
 ) -> None:
     mission = replace(MISSION, law="printed")  # without two obstacles in sight, this law knows no way
-    stage = MemberStage(mission, row(3), ORDER, counters=Counters(steps=4, led_in_vain=in_vain, heals=heals))
+    stage = MemberStage(mission, row(3), ORDER, counters=Counters(steps=4, last_to_lead=in_vain, heals=heals))
     stage.run(10.0)
     reason, counters = stage.leader.reason, stage.leader.counters
     assert (None if reason is None else reason.cause) == cause
     assert len(stage.records(RouteLost)) == (cause is None)
-    assert counters.led_in_vain == ((*in_vain, 1) if cause is not None else in_vain)
+    wanted = cause is not None
+    assert (counters.in_vain, counters.last_to_lead) == (wanted, (*in_vain, 1) if wanted else in_vain)
 
 
 @pytest.mark.parametrize(
@@ -245,7 +217,7 @@ def test_a_leader_without_a_way_hands_on_at_once_but_loses_the_route_only_when_a
     in_vain: tuple[int, ...], lost_after_s: float | None, *, wants: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Leader, "plan", lambda *_, **__: NO_WAY)
-    counters = Counters(led_in_vain=in_vain, heals=1)
+    counters = Counters(last_to_lead=in_vain, heals=1)
     stage = MemberStage(replace(MISSION, robots=4), row(3), ORDER, counters=counters)
     stage.run(2.0)
     assert (stage.leader.reason is not None) == wants
@@ -259,7 +231,7 @@ def test_a_leader_without_a_way_lets_those_lead_that_have_not_led_in_vain(
     step: NoStep | Wait, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Leader, "plan", lambda *_, **__: step)
-    counters = Counters(led_in_vain=(1, 5), locked_in=(6,), heals=1)
+    counters = Counters(last_to_lead=(6, 1, 5), heals=1)
     stage = MemberStage(replace(MISSION, robots=6), row(3), ORDER, counters=counters)
     assert not stage.leader.lets_lead(4), "it has not looked yet"
     stage.run(2.0)
@@ -296,7 +268,7 @@ def test_a_map_may_be_cleared_but_where_only_the_leader_has_changed(
         return NO_WAY
 
     monkeypatch.setattr(Leader, "plan", planned)
-    stage = MemberStage(MISSION, row(3), ORDER, counters=Counters(led_in_vain=in_vain, heals=1))
+    stage = MemberStage(MISSION, row(3), ORDER, counters=Counters(last_to_lead=in_vain, heals=1))
     stage.form(stage.leader.path, {3: 0.0, 2: 0.5, 1: 1.0}, back_by_m=back_by_m)
     stage.run(10.0)
     assert asked[-1] is may_forget
@@ -346,26 +318,11 @@ def test_a_strand_in_a_blind_alley_turns_round_and_comes_to_the_goal(loss: float
     reason = stage.leader.reason
     assert reason is not None
     assert (reason.cause, reason.turnabout and reason.turnabout.cut_m) == (Cause.DEAD_END, 0.0)
-    assert stage.leader.counters.turns == 1
+    assert stage.leader.counters.in_vain == 1
     stage.run(100.0, turns=True)
     assert all(member.arrived for member in stage.members.values())
     assert stage.order == (3, 2, 1)
-    assert stage.leader.counters.turns == 0, "a step towards the goal was planned"
-
-
-@pytest.mark.parametrize(("turns", "is_lost"), [(TURNS_MAX - 1, False), (TURNS_MAX, True)])
-def test_after_too_many_turns_without_a_step_the_route_is_lost(
-    turns: int, *, is_lost: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(Leader, "plan", lambda *_, **__: DeadEnd(0.4))
-    stage = MemberStage(MISSION, row(3), ORDER, counters=Counters(turns=turns))
-    stage.run(3.0)
-    reason = stage.leader.reason
-    turnabout = None if is_lost else Turnabout(cut_m=0.0, end_m=1.0, back_by_m=0.6)
-    assert (None if reason is None else reason.turnabout) == turnabout
-    assert [record.reason for record in stage.records(RouteLost)] == is_lost * [
-        "the strand has turned round too often in vain"
-    ]
+    assert stage.leader.counters.in_vain == 0, "a step towards the goal was planned"
 
 
 def test_a_leader_that_waits_for_its_strand_plans_again_as_soon_as_all_have_stood_for_a_while(

@@ -361,29 +361,29 @@ def test_an_old_or_late_state_does_not_end_a_silence(number: int, t_s: float) ->
 
 def test_counts_since_the_strand_advanced_begin_anew_when_the_path_has_grown_towards_the_goal() -> None:
     path = queue_path(ORDER, PLACES)
-    counters = Counters(steps=4, turns=2, dissolved=1, led_in_vain=(1,), locked_in=(1, 2))
+    counters = Counters(steps=4, in_vain=2, last_to_lead=(1, 2))
     told = formation(2, ORDER, PLACES, {3: 2.0, 2: 1.0, 1: 0.0}, path, back_by_m=1.0, counters=counters)
     strand, counted = Strand(2, told, path, MISSION, 0.0), []
     for number, (vertices, backs_up) in enumerate([((), True), ((CORNER,), True), ((), False)], start=1):
         strand.hear(LinkHeard(3, number, ahead(path=vertices, backs_up=backs_up)), 0.1)
-        counted.append(strand.counters.turns)
+        counted.append(strand.counters.in_vain)
     assert counted == [2, 2, 0], "a step that only makes room does not count"
     assert strand.counters == Counters(steps=4)
 
 
-@pytest.mark.parametrize(("steps", "turns"), [([0.9], 2), ([1.1], 0), ([0.9, -0.9, 0.9], 2)])
+@pytest.mark.parametrize(("steps", "in_vain"), [([0.9], 2), ([1.1], 0), ([0.9, -0.9, 0.9], 2)])
 def test_a_strand_has_advanced_when_its_leader_stands_further_off_than_robots_keep(
-    steps: list[float], turns: int
+    steps: list[float], in_vain: int
 ) -> None:
     """Locked in, leaders still creep, or go to and fro; if that were hope, no other robot would lead."""
     path, ways_m = queue_path(ORDER, PLACES), MISSION.robot_keep_m * np.array(steps)
-    told = formation(2, ORDER, PLACES, {3: 2.0, 2: 1.0, 1: 0.0}, path, counters=Counters(turns=2))
+    told = formation(2, ORDER, PLACES, {3: 2.0, 2: 1.0, 1: 0.0}, path, counters=Counters(in_vain=2))
     strand = Strand(2, told, path, MISSION, 0.0)
     along = np.stack([3.0 + np.cumsum(ways_m), 2.0 + np.cumsum(np.abs(ways_m))], axis=-1).tolist()
     corners = tuple(Vertex(x_m=x_m, y_m=0.0, s_m=s_m) for x_m, s_m in along)
     strand.hear(LinkHeard(3, 1, ahead(path=corners)), 0.1)
     assert strand.path.end_m == pytest.approx(corners[-1].s_m)
-    assert strand.counters.turns == turns
+    assert strand.counters.in_vain == in_vain
 
 
 def test_the_tail_hears_through_all_robots_that_the_first_one_leads_for_good() -> None:

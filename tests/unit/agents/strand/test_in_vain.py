@@ -1,0 +1,78 @@
+"""Attempts of a strand in vain, and when they are too many."""
+
+import pytest
+
+from agents.liveness.reason import Turnabout
+from agents.navigation.step import NoStep
+from agents.strand.blocked import BLOCKED_S
+from agents.strand.leader import NO_WAY, DeadEnd, Leader, Wait
+from agents.strand.member import IN_VAIN_MAX, TOO_OFTEN
+from protocol.fence import Cause
+from protocol.frames import Point
+from protocol.timeline import RouteLost
+from protocol.wire.view import Counters
+from tests.support.stages.member_stage import MemberStage, row
+from tests.support.stages.one_step import under
+from world.geometry.shapes import Circle
+
+MISSION = under("certified", robots=3, robot_radius_m=0.1, separation_m=0.1, goal=Point(x_m=6.0, y_m=0.0))
+ORDER = (1, 2, 3)
+BOX = Circle(centre_m=(-0.25, 0.0), radius_m=0.1)  # between robots 1 and 2
+
+
+@pytest.mark.parametrize(("in_vain", "is_lost"), [(IN_VAIN_MAX - 1, False), (IN_VAIN_MAX, True)])
+@pytest.mark.parametrize("step", [DeadEnd(0.4), NO_WAY])
+def test_after_too_many_attempts_in_vain_the_route_is_lost(
+    step: DeadEnd | NoStep, in_vain: int, *, is_lost: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Leader, "plan", lambda *_, **__: step)
+    stage = MemberStage(MISSION, row(3), ORDER, counters=Counters(in_vain=in_vain, heals=1))
+    stage.run(3.0)
+    assert (stage.leader.reason is None) == is_lost
+    assert stage.leader.counters.in_vain == IN_VAIN_MAX
+    assert [record.reason for record in stage.records(RouteLost)] == is_lost * [TOO_OFTEN]
+
+
+def test_a_leader_in_a_dead_end_says_how_far_the_tail_is_to_come_back_and_that_counts_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Else a strand that has come back as often as it may is given up before it has tried its other way."""
+    monkeypatch.setattr(Leader, "plan", lambda *_, **__: DeadEnd(0.4))
+    stage = MemberStage(MISSION, row(3), ORDER, counters=Counters(in_vain=IN_VAIN_MAX - 1))
+    stage.run(3.0)
+    reason = stage.leader.reason
+    assert reason is not None
+    assert reason.turnabout == Turnabout(cut_m=0.0, end_m=1.0, back_by_m=0.6)
+    stage.reform(reason.turnabout)
+    while stage.leader.reason is None:
+        stage.run(1.0)
+    assert (stage.leader.reason.cause, stage.leader.counters.in_vain) == (Cause.DEAD_END, IN_VAIN_MAX)
+    assert not stage.records(RouteLost)
+
+
+@pytest.mark.parametrize("comes_on", [False, True])
+def test_after_too_many_attempts_in_vain_the_leader_says_for_a_robot_that_is_blocked_that_the_route_is_lost(
+    monkeypatch: pytest.MonkeyPatch, *, comes_on: bool
+) -> None:
+    """In a long run many ways are blocked, one after the other."""
+    if not comes_on:
+        monkeypatch.setattr(Leader, "plan", lambda *_, **__: Wait())
+    stage = MemberStage(MISSION, row(3), ORDER)
+    stage.shapes, stage.is_checked, stage.counters = [BOX], False, Counters(in_vain=IN_VAIN_MAX)
+    stage.reform(counters=stage.counters)
+    stage.run(BLOCKED_S + 3.0)
+    reason, counters = stage.members[2].reason, stage.members[2].counters
+    assert reason is not None
+    assert (reason.cause, counters.in_vain) == (Cause.BLOCKED, 1 if comes_on else IN_VAIN_MAX + 1)
+    assert not stage.records(RouteLost), "only the leader may say so"
+    stage.reform(counters=counters)
+    stage.run(1.0)
+    lost = [robot for robot, record in stage.told if isinstance(record, RouteLost)]
+    assert lost == ([] if comes_on else [1])
+
+
+def test_after_as_many_attempts_a_leader_whose_way_is_clear_goes_on() -> None:
+    stage = MemberStage(MISSION, row(3), ORDER)
+    stage.reform(counters=Counters(in_vain=IN_VAIN_MAX))
+    stage.run(1.0)
+    assert not stage.records(RouteLost), "its way is clear"
