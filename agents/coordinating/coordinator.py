@@ -81,11 +81,6 @@ class Coordinator:
         self._reported.count(robot, report)
         self._questions.hear(robot, report.look)
 
-    @property
-    def stranded(self) -> frozenset[int]:
-        """The robots that have had a turn, and found no way to a place in the formation."""
-        return self._telling.stranded
-
     def drafted(self, now_s: float) -> Drafted:
         """What it has drafted; once the formation is made, that."""
         plan, draft = self._telling.plan, self._draft

@@ -32,7 +32,7 @@ from protocol.frames import Point, Pose
 from protocol.mission import Bounds
 from protocol.path import Path, straightened
 from protocol.timeline import StrandFormed
-from protocol.wire.view import PIECE_VERTICES_MAX, Counters, Formation, Neighbour, Seen
+from protocol.wire.view import PIECE_VERTICES_MAX, STRANDED_MAX, Counters, Formation, Neighbour, Seen
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,6 +57,8 @@ class Plan:
     map_number: int = 0
     seen: Seen | None = None
     sensed: bool = False
+    stranded: tuple[int, ...] = ()
+    """The robots that have had a turn, and found no way to a place in it."""
 
     def pieces(self, robot: int) -> tuple[Formation, ...]:
         """Rule 2: what one member is told."""
@@ -78,6 +80,7 @@ class Plan:
                 counters=self.counters,
                 heals=self.heals,
                 led_by=self.led_by,
+                stranded=self.stranded[:STRANDED_MAX] if rank == 0 else (),
                 map_number=self.map_number,
                 seen=self.seen if rank == 0 and first == 0 else None,
                 first=first,

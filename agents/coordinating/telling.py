@@ -7,7 +7,7 @@ Rule 2 (liveness): it does not wait for reports to answer, but repeats its news:
 """
 
 from collections.abc import Set
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from agents.commands import Command, Say
 from agents.coordinating.draft import Draft
@@ -36,16 +36,14 @@ class Telling:
     draft: Draft
     plan: Plan | None = None
     """The formation, once it is made."""
-    stranded: frozenset[int] = frozenset()
-    """The robots that have had a turn, and found no way to a place in it."""
     _made_s: float = -float("inf")
     _news_at_s: float = -float("inf")
 
     def tell(self, plan: Plan, now_s: float) -> list[Command]:
         """The formation is made: send it to its members."""
-        self.plan = plan
+        stranded = (self.turns.had & self.reported.counted.keys()) - plan.lives.keys()
+        self.plan = plan = replace(plan, stranded=tuple(sorted(stranded)))
         self._made_s = self._news_at_s = now_s
-        self.stranded = frozenset((self.turns.had & self.reported.counted.keys()) - plan.lives.keys())
         self.reported.told(plan.order)
         return [Say(robot, piece) for robot in plan.order for piece in plan.pieces(robot)]
 
@@ -92,7 +90,6 @@ class Telling:
             heard=report.number,
             after_turn=self.turns.put_for(robot),
             out=self.plan is not None,
-            stranded=robot in self.stranded,
             question=None if has_turn else self.questions.pending(robot),  # a message has room for one
             join=join if has_turn else None,
             rank=strand.index(robot) if robot in strand else None,

@@ -150,8 +150,8 @@ class Membership:
         if member is None or not member.leads:
             return []
         if robot not in self.suspicion.suppressed(now_s):
-            stranded = plea.stranded and not member.lets_lead(robot)
-            self._pleas.hear(robot, now_s, stranded=stranded, arrived=member.rests)
+            stood_s, may_lead = self._driver.odometry.stood_s, member.lets_lead(robot)
+            self._pleas.hear(robot, now_s, stood_s=stood_s, arrived=member.rests, may_lead=may_lead)
         return [Say(robot, Answer(epoch=plea.epoch, life=plea.life, heard=0, out=True))]
 
     # --- acting -------------------------------------------------------------------------------------
@@ -176,8 +176,7 @@ class Membership:
             return
         self._happen(Happening.FORMED)
         formation, path = whole
-        if self.coordinator is not None:
-            self._pleas.let_in(self.coordinator.stranded, now_s)
+        self._pleas.note_stranded(formation.stranded, now_s)
         self.member = Member(
             self._robot,
             life=self._life,
@@ -228,11 +227,7 @@ class Membership:
         self._driver.stand()
         if self._fence.robot == self._robot:
             return []
-        told_s = None if self._reporter is None else self._reporter.told_stranded_s
-        stood_s = self._driver.odometry.stood_s
-        stranded = self._pleas.note_stranded(now_s, told_s=told_s, stood_s=stood_s)
-        plea = Plea(epoch=self._fence.epoch, life=self._life, stranded=stranded)
-        return self._pleas.ask(plea, self._fence, now_s)
+        return self._pleas.ask(Plea(epoch=self._fence.epoch, life=self._life), self._fence, now_s)
 
     def _deliver(self, commands: Iterable[Command], now_s: float) -> list[Command]:
         """Rule 3: what a coordinator says to itself arrives at once."""

@@ -4,12 +4,12 @@ Rule 1: a leader lets the same robot in again after a time that doubles, to a li
         failing does not stop the others all the time. The times when it has arrived count apart: by then
         others have moved out of the way, and before long the run is over for those that are left out.
 Rule 2: it proposes that view when it next stands, or after `STOP_S`.
-Rule 3: a robot for which no way was found says so until a body has moved, in later views, too. Only a leader
-        that has arrived lets it in then, or one that knows no way on, if the other has not led in vain.
+Rule 3: one that found no way to the strand it lets in only when a body has moved; sooner if it has arrived
+        itself, or knows no way on and the other may lead.
 """
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 
 from agents.commands import Command, Say
@@ -34,7 +34,8 @@ class Pleas:
     """How often, by the robot and whether this one had arrived."""
     _not_before_s: dict[tuple[int, bool], float] = field(default_factory=dict)
     _said_at_s: float = -float("inf")
-    _stranded_s: float = -float("inf")
+    _stranded_s: dict[int, float] = field(default_factory=dict)
+    """When robots found no way to the strand that this one was to lead."""
 
     def ask(self, plea: Plea, fence: Fence, now_s: float) -> list[Command]:
         """Ask the leader that odometry names to be let in, if it is time."""
@@ -45,33 +46,25 @@ class Pleas:
         self._said_at_s = now_s
         return [Say(fence.robot, plea)]
 
-    def note_stranded(self, now_s: float, *, told_s: float | None, stood_s: float) -> bool:
-        """Rule 3: whether no way was found for this robot, and no body has moved since.
-
-        Args:
-            now_s: the time.
-            told_s: when the coordinator of this view said that no way was found; None: it did not.
-            stood_s: for how long all bodies have stood.
-        """
-        if told_s is not None:
-            self._stranded_s = max(self._stranded_s, told_s)
-        return stood_s + self.timing.gap_s >= now_s - self._stranded_s
-
     def forget(self) -> None:
         """There is a new view: who wants to be let in asks again."""
         self._asked.clear()
 
-    def hear(self, robot: int, now_s: float, *, stranded: bool, arrived: bool) -> None:
-        """A robot asks this leader to be let in (rule 1).
+    def hear(self, robot: int, now_s: float, *, stood_s: float, arrived: bool, may_lead: bool) -> None:
+        """A robot asks this leader to be let in (rules 1 and 3).
 
         Args:
             robot: the one that asks.
             now_s: the time.
-            stranded: whether no way was found for it.
+            stood_s: for how long all bodies have stood.
             arrived: whether this robot has.
+            may_lead: whether this one knows no way on, and the other may lead.
         """
         self._has_arrived = arrived
-        if now_s >= self._not_before_s.get((robot, arrived), 0.0) and (arrived or not stranded):
+        is_stranded = now_s - self._stranded_s.get(robot, -float("inf")) <= stood_s + self.timing.gap_s
+        if is_stranded and not (arrived or may_lead):
+            return
+        if now_s >= self._not_before_s.get((robot, arrived), 0.0):
             self._asked.setdefault(robot, now_s)
 
     def reason(self, now_s: float, *, stands: bool) -> Reason | None:
@@ -87,6 +80,11 @@ class Pleas:
     def asking(self) -> list[int]:
         """The robots that have asked, and may."""
         return list(self._asked)
+
+    def note_stranded(self, robots: Collection[int], now_s: float) -> None:
+        """These found no way to the strand that this robot is to lead."""
+        self._stranded_s.update(dict.fromkeys(robots, now_s))
+        self.let_in(robots, now_s)
 
     def let_in(self, robots: Iterable[int], now_s: float) -> None:
         """A view has been proposed for these robots, or has found no way for them; both count once."""

@@ -74,11 +74,6 @@ class Reporter:
         is_over = self.ended is not None and self.ended.turn == turn
         return None if is_over or join is None or join.turn != turn else join
 
-    @property
-    def told_stranded_s(self) -> float | None:
-        """When the coordinator said that no way was found for this robot; None: it does not say so."""
-        return self.heard_at_s if self.answer is not None and self.answer.stranded else None
-
     def hear_formation(self, piece: Formation, now_s: float) -> None:
         """A piece of the formation has come."""
         self.assembly.add(piece)

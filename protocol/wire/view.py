@@ -16,6 +16,7 @@ FORMERS_MAX = 4  # the last three formations, and the draft
 LEG_CORNERS_MAX = 64  # a leg with more corners is planned anew
 PIECE_VERTICES_MAX = 256
 SEEN_BYTES_MAX = 32_768  # half of the size limit of a message
+STRANDED_MAX = 64  # of more robots a leader is not told: they are let in again some seconds too early
 
 Seen = Annotated[bytes, Meta(max_length=SEEN_BYTES_MAX)]
 Robots = Annotated[tuple[RobotId, ...], Meta(max_length=ROBOTS_MAX)]
@@ -143,8 +144,6 @@ class Answer(Struct, frozen=True, gc=False, kw_only=True, tag="answer"):
     """The last turn that was put for the robot: its place is to be read from an odometry after that."""
     out: bool = False
     """Whether the robot is left out of the formation."""
-    stranded: bool = False
-    """Whether it is because no way was found for it."""
     question: Question | None = None
     join: Join | None = None
     rank: RobotCount | None = None
@@ -187,6 +186,8 @@ class Formation(Struct, frozen=True, gc=False, kw_only=True, tag="formation"):
     """Whether it follows a formation with other members."""
     led_by: Annotated[int, Meta(ge=0, le=ROBOTS_MAX)] = 0
     """The leader of the last formation; 0: there was none."""
+    stranded: Annotated[tuple[RobotId, ...], Meta(max_length=STRANDED_MAX)] = ()
+    """For the leader: robots that found no way to a place in it."""
     map_number: Count = 0
     seen: Seen | None = None
     """The newest map, for the leader."""
@@ -202,8 +203,6 @@ class Plea(Struct, frozen=True, gc=False, kw_only=True, tag="plea"):
 
     epoch: Epoch
     life: Life
-    stranded: bool = False
-    """Whether no way was found for it: it may find one when the others have gone on."""
 
 
 ViewMessage = Report | Answer | Formation | Plea

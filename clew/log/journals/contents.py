@@ -102,7 +102,6 @@ def _of_view(said: Report | Answer | Formation | Plea) -> tuple[str, ...]:
                 f"to report {said.heard}" if said.heard else "to a plea",
                 epoch,
                 "left out" if said.out else "",
-                "no way was found" if said.stranded else "",
                 "" if said.question is None else f"asks question {said.question.number}",
                 "" if said.join is None else f"join in turn {said.join.turn}",
                 "" if said.rank is None else f"rank {said.rank}",
@@ -111,7 +110,7 @@ def _of_view(said: Report | Answer | Formation | Plea) -> tuple[str, ...]:
             corners = _range(said.first, len(said.path), said.vertices)
             return epoch, f"rank {said.rank} of {said.members}", f"at {said.s_m:.2f} m", f"corners {corners}"
         case Plea():
-            return epoch, "no way was found" if said.stranded else "asks to be let in"
+            return epoch, "asks to be let in"
         case _:
             assert_never(said)
 

@@ -6,13 +6,24 @@ import pytest
 from msgspec.structs import replace
 
 from agents.coordinating.phases import Phase
+from agents.membership import reporting
+from agents.membership.joining import Joining
 from agents.membership.states import State
+from agents.navigation.step import NoStep
 from agents.strand.leader import NO_WAY, Leader
 from agents.strand.leading import Leading
+from agents.strand.member import Member
 from clew.explore.setting import SCATTERED, SETTINGS, Setting
 from protocol.fence import Cause, Epoch, May, Raise
 from protocol.frames import Pose
-from protocol.timeline import FenceChanged, RobotHeld, SegmentChecked, StrandReversed, ViewProposed
+from protocol.timeline import (
+    FenceChanged,
+    RobotHeld,
+    RobotStranded,
+    SegmentChecked,
+    StrandReversed,
+    ViewProposed,
+)
 from protocol.wire.messages import AheadState, BehindState, Drive, Odometry, Scan
 from protocol.wire.view import Answer, Formation, Plea, Report
 from tests.support.stages.view_stage import Post, ViewStage, of
@@ -280,29 +291,28 @@ def test_a_robot_that_comes_back_in_a_dead_end_is_let_in_before_the_strand_has_c
     stage.run(lambda: bool(stage.records_of(StrandReversed)), s_max=30.0)
     stage.heal()
     stage.run(lambda: stage.fence.may is May.ALL and stage.fence.members == 3, s_max=6.0)
-    assert not [post for post in stage.sent(of(Answer, receiver=3)) if post.thing.stranded]
+    assert not stage.records_of(RobotStranded)
 
 
-@pytest.mark.parametrize("knows_no_way", [False, True])
-def test_a_robot_that_found_no_way_to_a_strand_is_let_in_by_a_leader_that_knows_none_on(
-    monkeypatch: pytest.MonkeyPatch, *, knows_no_way: bool
+@pytest.mark.parametrize("may_lead", [False, True])
+def test_a_robot_that_found_no_way_to_a_strand_that_stands_is_let_in_again_only_if_it_may_lead(
+    monkeypatch: pytest.MonkeyPatch, *, may_lead: bool
 ) -> None:
     """Found in front of a pocket in which a strand was locked: the one outside could have led on alone."""
     stage = ViewStage.driving()
-    life = stage.processes[3].life
     stage.kill(3)
     stage.run(lambda: stage.fence.may is May.ALL and stage.fence.members == 2)
-    if knows_no_way:
-        monkeypatch.setattr(Leader, "plan", lambda *_, **__: NO_WAY)
-        monkeypatch.setattr(
-            Leading, "_give_up_lead", lambda *_: []
-        )  # so it wants no other robot of the strand to lead
-    stage.pass_s(3.0)
+    monkeypatch.setattr(Leader, "plan", lambda *_, **__: NO_WAY)
+    monkeypatch.setattr(Member, "lets_lead", lambda *_: may_lead)
+    monkeypatch.setattr(Leading, "_give_up_lead", lambda *_: [])  # it wants no other to lead
+    monkeypatch.setattr(reporting, "leg_is_clear", lambda *_: False)
+    monkeypatch.setattr(Joining, "plan", lambda *_: NoStep("a test"))
     epoch = stage.fence.epoch
-    stage.post(Post(3, 1, 1, Plea(epoch=epoch, life=life, stranded=True)))
-    stage.pass_s(1.0)
+    stage.start(3)
+    stage.run(lambda: bool(stage.records_of(RobotStranded)))
+    stage.pass_s(4.0)
     causes = [each.cause for each in stage.records_of(ViewProposed, 1) if each.epoch > epoch.number]
-    assert causes == [Cause.PLEA] * knows_no_way
+    assert causes == [Cause.PLEA] * (1 + may_lead)
 
 
 def test_a_raise_that_was_lost_for_another_reason_does_not_keep_a_strand_from_turning_round() -> None:

@@ -1,5 +1,6 @@
 """A formation: how it is made, told in pieces, and put together again by its members."""
 
+import dataclasses
 import math
 
 import msgspec
@@ -10,10 +11,11 @@ from msgspec.structs import replace
 
 from agents.coordinating.formation import Plan, lay_path
 from agents.membership.assembly import Assembly, is_path
-from protocol.fence import Epoch
-from protocol.frames import VERTICES_MAX, Point, Pose, Vertex
+from protocol.fence import GENERATIONS_MAX, Epoch
+from protocol.frames import COUNT_MAX, ROBOTS_MAX, VERTICES_MAX, Point, Pose, Vertex
 from protocol.path import Path
-from protocol.wire.view import PIECE_VERTICES_MAX
+from protocol.wire.codec import fits
+from protocol.wire.view import PIECE_VERTICES_MAX, SEEN_BYTES_MAX, Counters
 
 EPOCH = Epoch(generation=4, robot=2, life=9)
 ORDER = (1, 2, 3)
@@ -86,6 +88,30 @@ def test_driven_legs_are_laid_where_they_were_and_not_through_bodies_that_stand_
     path, laid_m = lay_path(ORDER, places, legs)
     assert [(vertex.x_m, vertex.y_m) for vertex in path] == corners
     assert laid_m == pytest.approx({3: 0.0} | places_m, abs=1e-3)
+
+
+def test_the_largest_piece_of_the_largest_fleet_fits() -> None:
+    far, life = -0.1234567890123456, 2**64 - 1
+    place = Pose(x_m=far, y_m=far, heading_rad=far)
+    largest = replace(
+        dataclasses.replace(
+            LONG,
+            epoch=Epoch(generation=GENERATIONS_MAX, robot=ROBOTS_MAX, life=life),
+            lives=dict.fromkeys(ORDER, life),
+            places=dict.fromkeys(ORDER, place),
+            counters=Counters(
+                steps=COUNT_MAX,
+                in_vain=COUNT_MAX,
+                heals=COUNT_MAX,
+                last_to_lead=tuple(range(1, ROBOTS_MAX + 1)),
+            ),
+            stranded=tuple(range(4, ROBOTS_MAX + 1)),
+            map_number=COUNT_MAX,
+            seen=bytes(SEEN_BYTES_MAX),
+        ).pieces(1)[0],
+        path=(Vertex(x_m=far, y_m=far, s_m=-far),) * PIECE_VERTICES_MAX,
+    )
+    assert fits(largest)
 
 
 @pytest.mark.parametrize("robot", ORDER)

@@ -1,8 +1,8 @@
-"""What a coordinator answers to late reports."""
+"""What a coordinator tells the robots of its view."""
 
 import pytest
 
-from agents.commands import Say
+from agents.commands import Command, Say
 from agents.coordinating.agreeing import Agreement, Intent
 from agents.coordinating.draft import Draft
 from agents.coordinating.questions import Questions
@@ -14,7 +14,7 @@ from agents.liveness.timing import Timing
 from protocol.fence import Cause, Epoch, Fence, May
 from protocol.frames import Pose
 from protocol.wire.messages import Odometry, Phase
-from protocol.wire.view import Answer, Report
+from protocol.wire.view import Answer, Formation, Report, ViewMessage
 from tests.support.stages.one_step import under
 
 TIMING, EPOCH = Timing(), Epoch(generation=2, robot=1, life=1)
@@ -26,8 +26,8 @@ def report(robot: int) -> Report:
     return Report(epoch=EPOCH, life=robot, number=1, turn=9, place=place)
 
 
-def told(had_turn: set[int], *, is_made: bool) -> dict[int, Answer]:
-    """The answers when all have reported; robots 1 and 2 are in the formation, once it is made."""
+def said(had_turn: set[int], *, is_made: bool) -> dict[int, ViewMessage]:
+    """What robots are told when all have reported; 1 and 2 are in the formation, once it is made."""
     reported, turns = Reported(Suspicion(TIMING), 3, 0.0), Turns(EPOCH, TIMING, 0.0)
     for robot in (*PLACED, OTHER):
         reported.hear(robot, report(robot), 0.0, closed=False)
@@ -37,33 +37,37 @@ def told(had_turn: set[int], *, is_made: bool) -> dict[int, Answer]:
     mission = under("certified", robots=3)
     draft = Draft(mission, Cause.START, strand=PLACED)
     telling = Telling(EPOCH, TIMING, reported, Questions(mission, TIMING), turns, draft)
+    told: list[Command] = []
     if is_made:
         agreement = Agreement(1, EPOCH, Intent(Cause.START), sensed=False)
-        telling.tell(agreement.drafted(PLACED, {}, reported.counted, turn=9), 0.0)
+        told = telling.tell(agreement.drafted(PLACED, {}, reported.counted, turn=9), 0.0)
     odometry = Odometry(
         n=1, t_s=0.0, pose=report(1).place, moving=False, finished=0, fence=Fence(), phase=Phase.RUNNING
     )
-    said = telling.act(odometry, 0.0, join=None, map_from=frozenset())
-    answers = {each.robot: each.said for each in said if isinstance(each, Say)}
-    assert telling.stranded == {robot for robot, each in answers.items() if _is_told_so(each)}
-    return {robot: each for robot, each in answers.items() if isinstance(each, Answer)}
+    told += telling.act(odometry, 0.0, join=None, map_from=frozenset())
+    return {each.robot: each.said for each in told if isinstance(each, Say)}
 
 
-def _is_told_so(said: object) -> bool:
-    return isinstance(said, Answer) and said.stranded
+def answers(had_turn: set[int], *, is_made: bool) -> dict[int, Answer]:
+    told = said(had_turn, is_made=is_made)
+    return {robot: each for robot, each in told.items() if isinstance(each, Answer)}
+
+
+@pytest.mark.parametrize("had_turn", [set(), {2}, {3}, {2, 3}])
+def test_the_leader_is_told_who_had_a_turn_and_has_no_place_in_the_formation(had_turn: set[int]) -> None:
+    told = said(had_turn, is_made=True)
+    stranded = {robot: each.stranded for robot, each in told.items() if isinstance(each, Formation)}
+    assert stranded == {1: tuple({OTHER} & had_turn), 2: ()}
 
 
 @pytest.mark.parametrize("is_made", [True, False])
-@pytest.mark.parametrize("had_turn", [set(), {2}, {3}, {2, 3}])
-def test_a_robot_is_stranded_that_had_a_turn_and_has_no_place_in_the_formation(
-    had_turn: set[int], *, is_made: bool
-) -> None:
-    answers = told(had_turn, is_made=is_made)
-    assert answers.keys() == ({OTHER} if is_made else {*PLACED, OTHER})
-    assert {robot for robot, each in answers.items() if each.stranded} == (
-        {OTHER} & had_turn if is_made else set()
-    )
+def test_once_the_formation_is_made_its_robots_are_sent_that_and_no_answers(*, is_made: bool) -> None:
+    assert answers({2, 3}, is_made=is_made).keys() == ({OTHER} if is_made else {*PLACED, OTHER})
 
 
 def test_a_robot_is_told_its_rank_in_the_strand() -> None:
-    assert {robot: each.rank for robot, each in told(set(), is_made=False).items()} == {1: 0, 2: 1, 3: None}
+    assert {robot: each.rank for robot, each in answers(set(), is_made=False).items()} == {
+        1: 0,
+        2: 1,
+        3: None,
+    }
