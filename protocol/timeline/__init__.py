@@ -22,6 +22,7 @@ from protocol.timeline.messages import FaultInjected, MessageRefused, RobotSettl
 from protocol.timeline.outcomes import (
     GoalReached,
     LawFailed,
+    LawStalled,
     PromiseBroken,
     RobotArrived,
     RouteLost,
@@ -69,6 +70,7 @@ __all__ = [
     "FenceChanged",
     "GoalReached",
     "LawFailed",
+    "LawStalled",
     "LeaderSucceeded",
     "LinkBroken",
     "LinkHeard",
@@ -162,6 +164,7 @@ Record = (
     | GoalReached
     | RobotArrived
     | LawFailed
+    | LawStalled
     | RouteLost
     | TrafficCounted
     | RobotSettled
