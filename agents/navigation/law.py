@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from enum import Enum, auto
 from functools import cached_property
 from hashlib import blake2b
+from types import FrameType
 from typing import Protocol
 
 import numpy as np
@@ -171,6 +172,15 @@ def asked(law: Law, seen: Seen) -> Step | Refused:
         why = step or f"the law {name} proposes no step from here"
         return Refused(Why.NOTHING, recordable(why))
     return _certified(step, seen) if seen.mission.promises_clearance else step
+
+
+def call_in(frame: FrameType | None) -> FrameType | None:
+    """The call of `asked` for a law of a user that goes on in this frame, or in a caller of it."""
+    while frame is not None:
+        if frame.f_code is asked.__code__ and frame.f_locals["name"] not in OURS:
+            return frame
+        frame = frame.f_back
+    return None
 
 
 def _whole(step: object, *, gaps: int) -> Step:

@@ -22,6 +22,7 @@ from agents.commands import AskScan, Command, Note, Order, Put, Say, Tell
 from agents.events import Event, LinkHeard, OdometryHeard, ScanHeard, TokensWatched, ViewHeard
 from agents.process.addresses import ALL_ALIVE
 from agents.process.asking import Asking
+from agents.process.endless_law import watch_law
 from agents.process.failure import failed
 from agents.process.journal import Given, Head, Journal, decided, open_journal
 from agents.process.points import is_plan
@@ -179,6 +180,8 @@ class Shell:
     async def accept(self, mission: Mission) -> None:
         """Refuse a mission whose law is not here; the timeline has the reason, which ends the run.
 
+        A law that is here is watched: it may not return.
+
         Raises:
             UsageError: the law is not here, or cannot be loaded.
         """
@@ -188,6 +191,7 @@ class Shell:
             self._note(RobotFailed(reason=f"it refuses the mission: {error}"))
             await self._tell_last()
             raise
+        watch_law(mission.law, self._note_now)
 
     async def run(self, robot: Robot, journal: Journal) -> ExitCode:
         """Give events to the robot and execute its commands, until the world closes the run."""
@@ -338,6 +342,10 @@ class Shell:
     def _note(self, record: Record) -> None:
         self._victim.note(record, self._now_s)
         self._outbox.add(record, t_s=self._transport.now_s, hlc=self._transport.timestamp())
+
+    def _note_now(self, record: Record) -> None:
+        self._note(record)
+        self._flush()
 
     def _flush(self) -> None:
         while (batch := self._outbox.batch(time.monotonic())) is not None:

@@ -16,6 +16,7 @@ LEVELS = dict.fromkeys(
 ) | dict.fromkeys(
     (
         "fault.injected",
+        "law.stalled",
         "link.broken",
         "link.silent",
         "message.refused",

@@ -10,9 +10,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from agents.navigation.law import asked as law_asked
+from agents.navigation.law import call_in
 from protocol.exit_codes import ExitCode
-from protocol.laws import OURS
 from protocol.process.asked import asked_to_end
 
 PATIENCE_S = 2.0  # a law that computes for long returns by then; a user does not wait much longer
@@ -24,11 +23,8 @@ class LawStoppedError(Exception):
 
 def law_in(frame: FrameType | None) -> str | None:
     """The law of a user that is asked in this frame or in a caller of it."""
-    while frame is not None:
-        if frame.f_code is law_asked.__code__ and (name := str(frame.f_locals["name"])) not in OURS:
-            return name
-        frame = frame.f_back
-    return None
+    call = call_in(frame)
+    return None if call is None else str(call.f_locals["name"])
 
 
 @contextmanager

@@ -23,6 +23,7 @@ from protocol.timeline.messages import FaultInjected, MessageRefused, RobotSettl
 from protocol.timeline.outcomes import (
     GoalReached,
     LawFailed,
+    LawStalled,
     PromiseBroken,
     RobotArrived,
     RouteLost,
@@ -70,6 +71,7 @@ __all__ = [
     "FenceChanged",
     "GoalReached",
     "LawFailed",
+    "LawStalled",
     "LeaderSucceeded",
     "LinkBroken",
     "LinkHeard",
@@ -163,6 +165,7 @@ Record = (
     | GoalReached
     | RobotArrived
     | LawFailed
+    | LawStalled
     | RouteLost
     | TrafficCounted
     | RobotSettled

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from protocol.frames import Length, Metres, RobotId
+from protocol.frames import Length, Metres, RobotId, Seconds
 from protocol.timeline.base import Kind, Text
 
 
@@ -34,6 +34,17 @@ class LawFailed(Kind, frozen=True, kw_only=True, tag="law.failed"):
     """
 
     reason: Text
+
+
+class LawStalled(Kind, frozen=True, kw_only=True, tag="law.stalled"):
+    """A law of a user has not returned for long: until it does, its robot does nothing else.
+
+    It is recorded once for each call, and only in live fleets.
+    """
+
+    law: Text
+    after_s: Annotated[Seconds, Meta(description="wall clock: for at least so long")]
+    at: Annotated[Text, Meta(description="where it was then, as `mylaw.py:12`")]
 
 
 class PromiseBroken(Kind, frozen=True, kw_only=True, tag="promise.broken"):

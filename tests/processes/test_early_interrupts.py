@@ -13,8 +13,6 @@ import pytest
 from protocol.root import ROOT
 from tests.support.deadline import DEADLINE_S
 
-pytestmark = pytest.mark.processes
-
 # Python imports this file at its start, when it has a handler for SIGINT. The processes of a run do so, too.
 STRIKES = """
 import os, signal, sys

@@ -1,6 +1,7 @@
-"""Live robots of which one lacks the law of the run: it is on another computer, for example."""
+"""Live robots whose law is not there, as on another computer, or does not return."""
 
 import os
+import signal
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from protocol.run_settings import Settings
 from protocol.timeline import RobotFailed, StrandFormed
 from tests.support.deadline import DEADLINE_S
 from tests.support.installed import install
+from tests.support.processes.fleets import Fleet
 from tests.support.processes.wire import python, router, session_folder
 from world.record.run_files import prepare_folder, read_verdict
 from world.scenario.scenario import load
@@ -66,3 +68,16 @@ def test_a_robot_without_the_law_refuses_in_one_line_and_the_others_go_on_withou
         f"P6 (no failed core) broken by robot {lacks} at t=0.0 s: it refuses the"
     )
     assert (verdict.robots_arrived, verdict.violations) == (2, 1)
+
+
+def test_a_law_that_never_returns_is_named_with_its_line_while_the_run_goes_on(fleet: Fleet) -> None:
+    (fleet.cwd / "mine.py").write_text("def endless(seen):\n    while True:\n        pass\n")
+    launcher = fleet.start("grove", "-n", "1", "--law", "mine.py:endless")
+    stalled = fleet.wait_for("law.stalled")
+    assert stalled["law"].startswith("mine.py:endless@")
+    assert (stalled["source"], stalled["at"] in {"mine.py:2", "mine.py:3"}) == ("r1", True)
+    launcher.send_signal(signal.SIGINT)
+    outcome = fleet.end()
+    assert outcome.code == 130
+    assert "r1 waits for the law mine.py:endless@" in outcome.err
+    assert fleet.leftovers() == []

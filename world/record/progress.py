@@ -9,6 +9,7 @@ AWAITED = frozenset(
         "fence.changed",
         "goal.reached",
         "law.failed",
+        "law.stalled",
         "leader.succeeded",
         "link.broken",
         "promise.broken",
