@@ -7,6 +7,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from clew.log.log import Log
+from clew.log.summary import verdict_beside
 from clew.log.timeline import Timeline
 from protocol.errors import UsageError
 from protocol.plain import plain
@@ -17,8 +18,7 @@ from world.judge.judgement import Breach, Judgement, judge, untrue_in
 from world.judge.monitor import Promises
 from world.judge.verdict import VERDICT_FILE, finite
 from world.record.lines import Line
-from world.record.recorder import EVENTS_FILE
-from world.record.run_files import check_unchanged, read_verdict
+from world.record.run_files import check_unchanged
 from world.scenario.scenario import Scenario
 
 JUDGED = (
@@ -117,14 +117,11 @@ def _noting(broken: list[Breach], lines: Iterable[Line]) -> Iterator[Line]:
 
 def _denied(timeline: Timeline | Log, finding: Finding) -> Iterator[str]:
     """In what the verdict beside a log says something else than the log: both are judged from that alone."""
-    if not isinstance(timeline, Log) or timeline.path.name != EVENTS_FILE:
-        return  # a copy with another name may be of another run
-    try:
-        verdict = read_verdict(timeline.path.parent)
-    except FileNotFoundError:
+    if not isinstance(timeline, Log):
         return
-    except (OSError, msgspec.MsgspecError) as error:
-        yield f"{VERDICT_FILE} cannot be read: {error}"
+    verdict, flaws = verdict_beside(timeline.path)
+    yield from flaws
+    if verdict is None:
         return
     if not verdict.ok and verdict.sim_s == 0.0 and not any(verdict.violations_by_invariant.values()):
         return  # the launcher's, of a run that nobody could judge

@@ -51,7 +51,7 @@ class Summary(Struct, frozen=True, kw_only=True):
 def summarise(read: Timeline | Log, run: Path) -> Summary:
     """The summary of a timeline from this folder, or from its `events.jsonl`."""
     header = read.header
-    verdict, flaws = _verdict(run)
+    verdict, flaws = verdict_beside(run / EVENTS_FILE if run.is_dir() else run)
     kinds, sources, last_entry_s = Counter[str](), Counter[str](), 0.0
     for source, entry in read.lines:
         kinds[kind_of(entry.record)] += 1
@@ -83,12 +83,12 @@ def field_of(scenario: dict[str, Any], section: str, key: str) -> Any:  # noqa: 
     return fields.get(key) if isinstance(fields, dict) else None
 
 
-def _verdict(run: Path) -> tuple[Verdict | None, tuple[str, ...]]:
+def verdict_beside(log: Path) -> tuple[Verdict | None, tuple[str, ...]]:
     """The verdict beside a log, and its flaws."""
-    if run.is_file() and run.name != EVENTS_FILE:  # a copy with another name may be of another run
+    if log.name != EVENTS_FILE:  # a copy with another name may be of another run
         return None, ()
     try:
-        return read_verdict(run if run.is_dir() else run.parent), ()
+        return read_verdict(log.parent), ()
     except FileNotFoundError:
         return None, ()
     except (OSError, msgspec.MsgspecError) as error:

@@ -1,9 +1,8 @@
-"""A proxy for tests: it damages, delays and cuts the bytes that it forwards, as its seed decides.
+"""A proxy for tests: it damages and delays the bytes that it forwards, as its seed decides.
 
 Rule 1: each direction of each connection has its own random stream. Each piece takes the same number of draws
         from it, with any faults: so equal pieces suffer equal faults.
-Rule 2: pieces keep their order, as in TCP: a delayed piece delays all pieces behind it. A closed direction
-        loses nothing: when it opens, everything arrives late.
+Rule 2: pieces keep their order, as in TCP: a delayed piece delays all pieces behind it.
 Rule 3: a connection ends in both directions when either side closes it or the proxy resets it.
 """
 
@@ -45,7 +44,6 @@ class Faults:
     delay_s: float = 0.0
     jitter_s: float = 0.0
     """At most this much is added to the delay."""
-    rate_bytes_per_s: float | None = None
     forged: bytes = b""
     """Appended to a Zenoh frame that ends the piece, as if the sender had sent it."""
     frames_lost: bool = False
@@ -117,29 +115,8 @@ class Proxy:
         self.faults = {way: Faults() for way in Way}
         self.counts: Counter[str] = Counter()
         """Effects by name, and `connected`."""
-        self.held = {way: asyncio.Event() for way in Way}
-        """Set when bytes wait for a closed direction."""
         self._server = server
         self._seed = seed
-        self._open = {way: asyncio.Event() for way in Way}
-        for way in Way:
-            self.open(way)
-        self._connections: set[_Connection] = set()
-
-    def close(self, way: Way) -> None:
-        """Stop forwarding; incoming bytes are kept."""
-        self._open[way].clear()
-
-    def open(self, way: Way) -> None:
-        """Forward the kept bytes, then everything else."""
-        self.held[way].clear()
-        self._open[way].set()
-
-    def reset(self) -> None:
-        """Reset all connections."""
-        for connection in self._connections:
-            self.counts["reset"] += 1
-            connection.reset()
 
     async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Forward the bytes of one client and the server while both are connected."""
@@ -151,7 +128,6 @@ class Proxy:
             writer.close()
             return
         connection = _Connection((writer, server_writer))
-        self._connections.add(connection)
         pumps = [
             asyncio.ensure_future(self._pump(connection, number, way, *streams))
             for way, streams in ((Way.UP, (reader, server_writer)), (Way.DOWN, (server_reader, writer)))
@@ -159,7 +135,6 @@ class Proxy:
         try:
             await asyncio.wait(pumps, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            self._connections.discard(connection)
             connection.end()
             for pump in pumps:
                 pump.cancel()
@@ -175,7 +150,7 @@ class Proxy:
     ) -> None:
         """Forward one direction of a connection until it ends."""
         pieces: asyncio.Queue[tuple[float, bytes] | None] = asyncio.Queue(PIECES_MAX)
-        writing = asyncio.ensure_future(self._write(way, pieces, writer))
+        writing = asyncio.ensure_future(_write(pieces, writer))
         random = Random(f"{self._seed}/{number}/{way}")
         try:
             with contextlib.suppress(ConnectionError):
@@ -193,21 +168,15 @@ class Proxy:
             writing.cancel()
             await asyncio.gather(writing, return_exceptions=True)
 
-    async def _write(
-        self, way: Way, pieces: asyncio.Queue[tuple[float, bytes] | None], writer: asyncio.StreamWriter
-    ) -> None:
-        loop = asyncio.get_running_loop()
-        with contextlib.suppress(ConnectionError):
-            while (due := await pieces.get()) is not None:
-                due_s, piece = due
-                await asyncio.sleep(due_s - loop.time())
-                if not self._open[way].is_set():
-                    self.held[way].set()
-                    await self._open[way].wait()
-                writer.write(piece)
-                await writer.drain()
-                if (rate := self.faults[way].rate_bytes_per_s) is not None:
-                    await asyncio.sleep(len(piece) / rate)
+
+async def _write(pieces: asyncio.Queue[tuple[float, bytes] | None], writer: asyncio.StreamWriter) -> None:
+    loop = asyncio.get_running_loop()
+    with contextlib.suppress(ConnectionError):
+        while (due := await pieces.get()) is not None:
+            due_s, piece = due
+            await asyncio.sleep(due_s - loop.time())
+            writer.write(piece)
+            await writer.drain()
 
 
 async def _connected(server: int | str) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:

@@ -51,18 +51,6 @@ def solvable(scene: dict[str, Any], disc: Disc) -> Answer:
     return Answer.UNSOLVABLE
 
 
-def widest_radius_m(scene: dict[str, Any], *, tolerance_m: float) -> float:
-    """The radius of the largest disc that certainly gets there, found by bisection; 0 if there is none."""
-    low_m, high_m = 0.0, min(scene["bounds"][2] - scene["bounds"][0], scene["bounds"][3] - scene["bounds"][1])
-    while high_m - low_m > tolerance_m:
-        middle_m = (low_m + high_m) / 2.0
-        if solvable(scene, Disc(middle_m)) is Answer.SOLVABLE:
-            low_m = middle_m
-        else:
-            high_m = middle_m
-    return low_m
-
-
 def obstacles(scene: dict[str, Any], *, grown_m: float, grow: float) -> Iterator[shapely.Geometry]:
     """Every obstacle, grown; the radius of all arcs times `grow`."""
     for x, y, radius_m in scene["circles"]:

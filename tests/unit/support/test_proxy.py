@@ -147,40 +147,12 @@ async def test_both_ways_are_delayed() -> None:
         assert asyncio.get_running_loop().time() - began_s >= 0.1
 
 
-async def test_throttled_way_takes_its_time() -> None:
-    async with through_proxy() as (between, streams):
-        between.faults[Way.DOWN] = Faults(rate_bytes_per_s=1e6)
-        began_s = asyncio.get_running_loop().time()
-        assert await answer(streams, LONG) == LONG
-        took_s = asyncio.get_running_loop().time() - began_s
-        assert took_s >= (len(LONG) - PIECE_BYTES_MAX) / 1e6  # nobody waits for what is behind the last
-
-
-@pytest.mark.parametrize("way", Way)
-async def test_what_a_closed_way_has_kept_comes_late(way: Way) -> None:
-    async with through_proxy() as (between, streams):
-        between.close(way)
-        answering = asyncio.ensure_future(answer(streams, b"kept"))
-        await between.held[way].wait()
-        assert not answering.done()
-        between.open(way)
-        assert await answering == b"kept"
-
-
 async def test_reset_by_a_piece_ends_the_connection() -> None:
     async with through_proxy() as (between, streams):
         between.faults[Way.UP] = Faults(reset_probability=1.0)
         with pytest.raises(ConnectionResetError):
             await answer(streams, b"never")
         assert between.counts["reset"] == 1
-
-
-async def test_reset_by_hand_ends_all_connections() -> None:
-    async with through_proxy() as (between, streams):
-        assert await answer(streams, b"once") == b"once"
-        between.reset()
-        with pytest.raises(ConnectionResetError):
-            await answer(streams, b"no more")
 
 
 async def test_server_that_is_not_there_ends_the_connection() -> None:

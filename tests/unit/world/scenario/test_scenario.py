@@ -294,7 +294,7 @@ def test_every_error_is_one_line_with_path_and_value(path: tuple[str, ...], valu
 
 
 def test_an_unknown_scenario_is_refused_with_a_list_of_known_ones() -> None:
-    known = "door, follower, grove, paper, pedestrian, crossing, dense-eight, dense, head-on, or"
+    known = "door, follower, grove, paper, pedestrian, crossing, dense-eight, head-on, or"
     with pytest.raises(UsageError, match=rf"^unknown scenario 'groove': must be one of {known}"):
         load("groove")
 
