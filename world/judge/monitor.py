@@ -114,7 +114,8 @@ class Monitor:
         moved = (starts_m != ends_m).any(axis=1)
         if is_safe:
             self._moved = moved
-            return self._judge_contact(starts_m, ends_m, from_s, t_s)
+            nothing_new = not moved.any() and self.is_calm
+            return [] if nothing_new else self._judge_contact(starts_m, ends_m, from_s, t_s)
         first = len(self.clearance_m) == 0
         if first:
             self.clearance_m = np.full(len(starts_m), math.inf)
@@ -142,14 +143,19 @@ class Monitor:
 
     def watch_all(self, intervals: Intervals) -> Iterator[tuple[float, PromiseBroken]]:
         """Judge moves interval by interval; returns the violations with the ends of their intervals."""
-        if self._watch_calm(intervals):
+        is_calm = self._watch_calm(intervals)
+        if is_calm and not self.movers.names:
             return
         for t_s, starts_m, ends_m, clear_m in zip(*intervals, strict=True):
-            yield from ((t_s, each) for each in self.watch(starts_m, ends_m, t_s=t_s, clear_m=clear_m))
+            broken = self.watch(starts_m, ends_m, t_s=t_s, clear_m=clear_m, is_safe=is_calm)
+            yield from ((t_s, each) for each in broken)
 
     def _watch_calm(self, intervals: Intervals) -> bool:
-        """Judge all intervals at once if they break no promise; else do nothing. The result is the same."""
-        if not self.is_calm or self.movers.names or len(self.clearance_m) == 0:
+        """Judge all intervals at once if they break no promise; else do nothing. The result is the same.
+
+        Contact with moving obstacles is left to be judged.
+        """
+        if not self.is_calm or len(self.clearance_m) == 0:
             return False
         ends_s, starts_m, ends_m, clear_m = intervals
         moved = (starts_m != ends_m).any(axis=2)
@@ -162,7 +168,8 @@ class Monitor:
             or _is_broken(apart_m, self.promises.separation_m_required).any()
         ):
             return False
-        self._watched_s, self._moved = ends_s[-1], moved[-1]
+        if not self.movers.names:
+            self._watched_s, self._moved = ends_s[-1], moved[-1]
         self.clearance_m = _newest(self.clearance_m, clearance_m)
         if clearance_m.min() < self.least_clearance.distance_m:
             when, row = divmod(int(clearance_m.argmin()), clearance_m.shape[1])

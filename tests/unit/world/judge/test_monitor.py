@@ -3,7 +3,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from shapely import LineString, Point, Polygon
 from shapely.ops import unary_union
@@ -95,13 +95,25 @@ def test_no_near_pair_is_overlooked_though_not_all_pairs_are_compared_each_time(
 
 
 @quietly
-@given(st.lists(places, min_size=3, max_size=6), st.sampled_from([0.0, 0.08]), st.sampled_from([2.0, 6.0]))
+@given(
+    st.lists(places, min_size=3, max_size=6),
+    st.sampled_from([0.0, 0.08]),
+    st.sampled_from([2.0, 6.0]),
+    st.booleans(),
+)
+@example([[(x_m, 0.1), (-3.0, -2.0), (5.0, 2.0)] for x_m in (-1.5, -1.5, -1.4, -1.4, 0.9)], 0.0, 6.0, True)
 def test_many_intervals_are_judged_at_once_as_one_by_one(
-    instants: list[list[tuple[float, float]]], required_m: float, size_m: float
+    instants: list[list[tuple[float, float]]], required_m: float, size_m: float, is_crossed: bool
 ) -> None:
     bounds = Bounds(x_m_min=-size_m, y_m_min=-size_m, x_m_max=size_m, y_m_max=size_m)
     each, many = (
-        monitor(radius_m=0.01, clearance_m=required_m, separation_m=required_m, bounds=bounds)
+        monitor(
+            radius_m=0.01,
+            clearance_m=required_m,
+            separation_m=required_m,
+            bounds=bounds,
+            movers=Movers.of((walker((1.0, -2.0, 0.0), (5.0, 2.0, 0.0)),)) if is_crossed else NOTHING_MOVES,
+        )
         for _ in range(2)
     )
     at_m = np.array([instants[0], *instants, *instants[-1:]])
@@ -119,6 +131,7 @@ def test_many_intervals_are_judged_at_once_as_one_by_one(
     assert found == broken
     assert many.least_clearance == each.least_clearance
     assert many.least_separation == each.least_separation
+    assert many.least_moving_clearance == each.least_moving_clearance
     assert many.clearance_m.tolist() == each.clearance_m.tolist()
 
 
