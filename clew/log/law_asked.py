@@ -88,7 +88,7 @@ def _given(processes: Sequence[Process], lines: Sequence[Line], index: int) -> S
 
 
 def asked_in(process: Process, turn: int) -> StepPlanned | RouteLost | None:
-    """What a leader noted in this turn, having asked its law: the step that it planned, or that it knows none."""
+    """What a leader noted in this turn, having asked its law: the planned step, or that it knows none."""
     for command in process.commands(turn, only=Note):
         match command:
             case Note(StepPlanned(joins=False) as plan):
