@@ -20,7 +20,7 @@ from msgspec.structs import replace
 from clew.api import faults
 from clew.api.entries import Entry
 from clew.api.faults import When, Who
-from clew.api.run import Run
+from clew.api.run import EndedRun, Run
 from clew.log.timeline import Choice, unknown_kinds, unknown_step
 from protocol.errors import ClewError, UsageError
 from protocol.faults.fit import misfits
@@ -184,7 +184,7 @@ class Fleet(ABC):
                 raise WaitFailedError(f"{_said(kinds, number, step)} did not come: {why}")
             self._advance()
 
-    def finish(self) -> Run:
+    def finish(self) -> EndedRun:
         """Let the run come to its own end; returns it.
 
         Raises:
@@ -197,7 +197,7 @@ class Fleet(ABC):
                 raise WaitFailedError(f"the run did not end: {why}")
             self._advance()
         self._seen = len(self.lines)
-        return self.run
+        return EndedRun(self.asked.folder)
 
     @property
     def run(self) -> Run:

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from clew.api.fleet import Asked, Fleet, ended
 from clew.api.paths import path_of
-from clew.api.run import Run
+from clew.api.run import EndedRun
 from clew.fleet.folder import RUNS, folder_name, new_folder
 from clew.log.timeline import is_integer
 from clew.rehearsal.processes import check_rehearsable
@@ -42,7 +42,7 @@ def rehearse(
     time_s_max: float | None = None,
     faults: Faults = (),
     out: Path | str | None = None,
-) -> Run:
+) -> EndedRun:
     """Rehearse a fleet to its end, as `clew rehearse` does; returns the run.
 
     >>> run = rehearse("grove", robots=3, seed=7)

@@ -248,6 +248,22 @@ class Run:
         return Timeline(self.header, tuple(lines), self._reading.flaws)
 
 
+class EndedRun(Run):
+    """A run that has come to its end, as `rehearse` and `finish` return it: it has its verdict."""
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict (docs/verdict.md).
+
+        Raises:
+            UsageError: its file is gone, or cannot be read.
+        """
+        verdict = super().verdict
+        if verdict is None:
+            raise UsageError(f"{self.folder}: the run has ended, and its verdict cannot be read")
+        return verdict
+
+
 def _time(name: str, given: object) -> float:
     """A time, such as one of numpy."""
     try:

@@ -5,7 +5,10 @@ Rule 2: in one decision a law may be asked several times, as a way that is refus
         the one that decided. The map is then as it was.
 """
 
+import math
 from collections.abc import Sequence
+
+import numpy as np
 
 from agents.commands import Note
 from agents.navigation.law import Seen
@@ -20,6 +23,8 @@ from protocol.laws import overheard
 from protocol.timeline import LawFailed, RouteLost, StepPlanned
 from protocol.wire.codec import packed
 from world.record.lines import Line
+
+HEADINGS = 360  # of the steps that are tried where none was left
 
 
 def asked_for(
@@ -82,11 +87,16 @@ def _given(processes: Sequence[Process], lines: Sequence[Line], index: int) -> S
     return seen
 
 
-def planned_in(process: Process, turn: int) -> StepPlanned | None:
-    """The switching step that a leader planned in this turn."""
+def asked_in(process: Process, turn: int) -> StepPlanned | RouteLost | None:
+    """What a leader noted in this turn, having asked its law: the planned step, or that it knows none."""
     for command in process.commands(turn, only=Note):
-        if isinstance(command, Note) and isinstance(plan := command.record, StepPlanned) and not plan.joins:
-            return plan
+        match command:
+            case Note(StepPlanned(joins=False) as plan):
+                return plan
+            case Note(RouteLost() as lost):
+                return lost
+            case _:
+                pass
     return None
 
 
@@ -104,12 +114,30 @@ def _overheard(core: Robot, process: Process, heard: Input, recorded: bytes) -> 
     return heard_by_law[-1] if heard_by_law else None, packed(decided) == recorded
 
 
-def chosen(seen: Seen, plan: StepPlanned) -> str:
-    """What a planned step was chosen among, in a sentence."""
-    said = [*_of_the_goal(seen), _of_the_step(seen, plan)]
+def chosen(seen: Seen, noted_then: StepPlanned | RouteLost) -> str:
+    """What a planned step was chosen among, or what there was where no step was left, in a sentence."""
+    if isinstance(noted_then, RouteLost):
+        return f"{seen.mission.law}: {'; '.join([*_of_the_goal(seen), _of_no_step(seen)])}"
+    said = [*_of_the_goal(seen), _of_the_step(seen, noted_then)]
     if seen.goal is None:
-        said.append(_of_gaps(plan))
-    return f"{plan.law}: {'; '.join(said)}"
+        said.append(_of_gaps(noted_then))
+    return f"{noted_then.law}: {'; '.join(said)}"
+
+
+def _of_no_step(seen: Seen) -> str:
+    headings_rad = np.linspace(-math.pi, math.pi, HEADINGS, endpoint=False)
+    free_m = seen.free_m(headings_rad)
+    longest = int(free_m.argmax())
+    said = f"the longest certified step is {free_m[longest]:.3f} m, at {headings_rad[longest]:.3f} rad"
+    if seen.ways is None:
+        return said
+    here_m = float(seen.cost_to_go_m(seen.position[None])[0])
+    way = (
+        f"the map has a way, with a cost-to-go of {here_m:.3f} m"
+        if here_m < math.inf
+        else "the map has no way"
+    )
+    return f"{said}; {way}"
 
 
 def _of_the_goal(seen: Seen) -> list[str]:

@@ -10,7 +10,7 @@ Rule 4: the way ends at a scan, a liveliness token, the start, the operator, or 
         come; it says so where a journal is missing.
 Rule 5: what no input explains, silence or a place that a robot has not got, is explained as
         `clew.log.journals.explained` says; the way begins there.
-Rule 6: where a leader has planned a step in a decision, the way names what its law chose that step among.
+Rule 6: where a leader has planned a step in a decision, or knew none, the way names what its law had.
 Rule 7: a robot watches all tokens because it coordinates a view: that leads to how it joined the view.
 """
 
@@ -28,7 +28,7 @@ from clew.log.journals.explained import Explained
 from clew.log.journals.links import Link, of_entry
 from clew.log.journals.process import Process, message_in, sender_process
 from clew.log.journals.trials import Cause, Deed, Trials
-from clew.log.law_asked import chosen, given, planned_in
+from clew.log.law_asked import asked_in, chosen, given
 from protocol.faults.message_faults import sender_of
 from protocol.fence import Raise, Turn
 from protocol.keys import WORLD, robot_name
@@ -151,10 +151,10 @@ class Why:
         )
 
     def _choice(self, deed: _Deed) -> Iterator[Link]:
-        """Rule 6: of the decision that planned the step, and that ordered the body to drive it."""
-        plan = planned_in(deed.process, deed.turn)
-        if plan is None or not any(
-            isinstance(each, Order) or each == Note(plan)
+        """Rule 6: of what notes the step, or that there is none, and of the order to drive it."""
+        asked = asked_in(deed.process, deed.turn)
+        if asked is None or not any(
+            isinstance(each, Order) or each == Note(asked)
             for each in deed.process.commands(deed.turn)
             if deed.is_it(each)
         ):
@@ -162,7 +162,7 @@ class Why:
         core = self._trials(deed.process).core_after(deed.turn - 1)
         if (seen := given(core, deed.process, deed.turn)) is not None:
             t_s = deed.process.turns[deed.turn].input.now_s
-            yield Link(t_s, deed.process.name, "law", chosen(seen, plan), deed.turn + 1)
+            yield Link(t_s, deed.process.name, "law", chosen(seen, asked), deed.turn + 1)
 
     def _start(self, process: Process) -> Link:
         first_s = process.turns[0].input.now_s if process.turns else 0.0

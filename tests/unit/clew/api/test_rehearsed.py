@@ -10,10 +10,11 @@ from clew.api import faults
 from clew.api.fleet import Fleet, WaitFailedError
 from clew.api.launched import launch
 from clew.api.rehearsed import RehearsedFleet, asked_of, rehearse
-from clew.api.run import open_run
+from clew.api.run import EndedRun, open_run
 from protocol.errors import UsageError
 from protocol.faults.rules import Partition
 from tests.support.scenes.world_scenarios import scenario
+from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
 from world.scenario.scenario import Scenario, load
 
@@ -239,3 +240,13 @@ def test_a_wait_for_a_kind_that_does_not_exist_is_refused_at_once(tmp_path: Path
     ):
         fleet.until("leader.suceeded")
     assert not fleet.has_begun
+
+
+def test_a_run_that_has_ended_has_a_verdict_that_need_not_be_asked_for(tmp_path: Path) -> None:
+    """That nothing comes before the first line is held by the check of types."""
+    run = rehearse("grove", robots=1, out=tmp_path / "run")
+    assert run.verdict.violations == 0
+    (run.folder / VERDICT_FILE).unlink()
+    assert open_run(run.folder).verdict is None
+    with pytest.raises(UsageError, match="the run has ended, and its verdict cannot be read"):
+        _ = EndedRun(run.folder).verdict

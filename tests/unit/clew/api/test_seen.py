@@ -1,5 +1,6 @@
 """`run.seen`: what a law was given, found by replay, so that it can be asked again when its run is over."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import clew
 from agents.navigation.laws import certified, printed
 from clew.log.law_asked import chosen
 from protocol import laws
+from tests.support.campaigns import clew as clew_verb
 from tests.support.runs import Runs
 
 
@@ -70,6 +72,11 @@ def test_without_a_step_it_is_what_the_law_was_given_last_as_where_the_route_was
     assert seen.steps == 1
     assert tuple(seen.position.tolist()) == last
     assert laws._registered == {"gives-up": gives_up}, "the law itself is asked from then on"
+    why = clew_verb("log", "why", str(run.folder), "route.lost")
+    assert why.exit_code == 0
+    [said] = [line for line in why.stdout.splitlines() if " r1 law " in line]
+    assert re.search(r"gives-up: the goal is \d\.\d{3} m off at .* of that are certified; ", said)
+    assert re.search(r"the longest certified step is \d\.\d{3} m, at .* rad; the map has a way, with", said)
 
 
 def test_in_a_notebook_it_is_a_line(grove: clew.Run) -> None:
