@@ -1,11 +1,9 @@
 """Drive errors do not add up: not over views, and not over steps beside the bounds (docs/strand.md)."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
-from unittest.mock import Mock
 
-import numpy as np
 import pytest
 
 from clew.rehearsal.rehearsal import Rehearsal
@@ -15,9 +13,9 @@ from protocol.faults.rules import Drop, Kill, Restart
 from protocol.fence import Cause
 from protocol.keys import WORLD
 from protocol.timeline import ViewProposed
+from tests.support.adversary import adverse
 from tests.support.scenes.placed import Numbers, circle, placed, polygon
 from world.bodies import arena
-from world.chance import stream
 from world.judge.ending import Ending
 from world.judge.judgement import judge
 from world.scenario.scenario import Scenario
@@ -61,20 +59,6 @@ def along_the_bounds(
         fleet={"separation_m": 0.084, "link_length_m_max": 2.0},
         bounds={"x_m_min": -20.0, "y_m_min": low_m, "x_m_max": 20.0, "y_m_max": high_m},
     )
-
-
-def adverse(off: Callable[[float, float], float]) -> Callable[[int, str], np.random.Generator]:
-    """As drawn, but for an adversary's drives: each is off by what it chooses between two limits."""
-
-    def drawn_or_chosen(seed: int, purpose: str) -> np.random.Generator:
-        drawn = stream(seed, purpose)
-        if not purpose.startswith("drive/"):
-            return drawn
-        adversary = Mock(spec=drawn)
-        adversary.uniform.side_effect = off
-        return adversary
-
-    return drawn_or_chosen
 
 
 errors = adverse(lambda low, _high: low)

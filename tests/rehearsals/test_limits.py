@@ -1,7 +1,6 @@
 """Scenarios at the limits of what the loader allows."""
 
 import math
-from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -13,10 +12,10 @@ from protocol.errors import UsageError
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Kill, Rule
 from protocol.mission import DRIVE_SHARE
+from tests.support.adversary import adverse
 from tests.support.scenes.arches import pointed_arch
 from tests.support.scenes.placed import circle, placed, polygon
 from world.bodies import arena
-from world.chance import stream
 from world.judge.ending import Ending
 from world.judge.judgement import judge
 from world.scenario.scenario import Scenario
@@ -162,16 +161,8 @@ def test_drive_errors_do_not_add_up_round_a_post(monkeypatch: pytest.MonkeyPatch
         may = np.flatnonzero(seen.free_m(headings_rad) >= length_m)
         return clew.Step(float(headings_rad[may[0]]), length_m) if len(may) else None
 
-    def towards_the_post(seed: int, purpose: str) -> np.random.Generator:
-        drawn = stream(seed, purpose)
-        if not purpose.startswith("drive/"):
-            return drawn
-        adversary = Mock(spec=drawn)
-        adversary.uniform.side_effect = lambda _low, high: side * high
-        return adversary
-
     clew.register_law("to-and-fro", to_and_fro)
-    monkeypatch.setattr(arena, "stream", towards_the_post)
+    monkeypatch.setattr(arena, "stream", adverse(lambda _low, high: side * high))
     rehearsal, least_m = Rehearsal(round_a_post(), 1), math.inf
     for now_s in rehearsal.ticks():
         place = rehearsal.world.bodies.places[0]

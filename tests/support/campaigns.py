@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import msgspec
 from click.testing import CliRunner, Result
@@ -45,6 +46,12 @@ def refused(path: Path) -> Path:
 
 def clew(*arguments: str | Path) -> Result:
     return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def told(out: Path) -> dict[str, Any]:
+    """What a campaign says of itself."""
+    read: dict[str, Any] = json.loads((out / "campaign.json").read_text(encoding="utf-8"))
+    return read
 
 
 def outcome(**changes: object) -> Outcome:

@@ -6,6 +6,7 @@ The leader's step comes as near as 0.381 m to a post.
 """
 
 from collections.abc import Iterable
+from functools import partial
 from math import hypot
 
 from msgspec.structs import replace
@@ -13,13 +14,11 @@ from msgspec.structs import replace
 from protocol.fence import Cause, May
 from protocol.frames import Point
 from protocol.timeline import (
-    Entry,
     FenceChanged,
     GoalReached,
     OrderAccepted,
     PoseSampled,
     PromiseBroken,
-    Record,
     RobotAppeared,
     RobotArrived,
     RobotSettled,
@@ -29,12 +28,11 @@ from protocol.timeline import (
     StrandFormed,
     StrandJoined,
 )
+from tests.support.histories.entries import Said, changed, lines_of
 from tests.support.planned import planned
 from tests.support.scenes.world_scenarios import scenario
 from world.judge.truth.truth import Truth
 from world.scenario.scenario import Scenario
-
-Said = tuple[float, str, Record]
 
 EPOCH, NEXT = 10_001, 20_002
 GOAL_M = 1.0
@@ -136,25 +134,8 @@ RUN: dict[str, Said] = {
 }
 
 
-def run(*more: Said, without: tuple[str, ...] = (), **other: Said) -> list[Said]:
-    """The lawful run in order of time: with more entries, without some, or with others in their place.
-
-    Underscores in names of entries stand for spaces. More entries come after those of the same time.
-    """
-    named = {name.replace("_", " "): said for name, said in other.items()}
-    assert not (named.keys() | set(without)) - RUN.keys(), "no such entries"
-    kept = {name: said for name, said in (RUN | named).items() if name not in without}
-    return sorted([*kept.values(), *more], key=lambda said: said[0])
-
-
-def lines_of(said: Iterable[Said]) -> list[tuple[str, Entry]]:
-    """The entries, numbered by source."""
-    counts: dict[str, int] = {}
-    lines: list[tuple[str, Entry]] = []
-    for t_s, source, record in said:
-        counts[source] = 1 if isinstance(record, RobotStarted) else counts.get(source, 0) + 1
-        lines.append((source, Entry(n=counts[source], t_s=t_s, hlc="", record=record)))
-    return lines
+run = partial(changed, RUN)
+"""The lawful run in order of time, but for this."""
 
 
 def breaches(said: Iterable[Said], scene: Scenario = SCENE, *, cut_off: bool = False) -> list[PromiseBroken]:

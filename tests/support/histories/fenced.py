@@ -5,18 +5,18 @@ Robot 2 coordinates epoch 10002. Robot 3 joins in turn 1, at x = -1.2 m. From tu
 way, as robot 3 proposes epoch 20003. Nobody has to join there, so ALL is turn 1.
 """
 
+from functools import partial
+
 from msgspec.structs import replace
 
 from protocol.fence import Cause, May
 from protocol.frames import Point
 from protocol.timeline import (
     AuthorityGranted,
-    Entry,
     FenceChanged,
     OrderAccepted,
     PoseSampled,
     PromiseBroken,
-    Record,
     RobotStarted,
     ScanServed,
     StepPlanned,
@@ -25,11 +25,10 @@ from protocol.timeline import (
     ViewJoined,
     ViewProposed,
 )
+from tests.support.histories.entries import Said, changed, lines_of
 from tests.support.planned import planned
 from world.judge.judgement import Court
 from world.judge.rules.motion import Tolerance
-
-Said = tuple[float, str, Record]
 
 FIRST = 10_002  # generation 1, robot 2
 SECOND = 20_003
@@ -176,25 +175,17 @@ RUN: dict[str, Said] = {
 }
 
 
-def run(*more: Said, without: tuple[str, ...] = (), **other: Said) -> list[Said]:
-    """The lawful run in order of time: with more entries, without some, or with others in their place.
-
-    Underscores in names of entries stand for spaces.
-    """
-    named = {name.replace("_", " "): said for name, said in other.items()}
-    assert not (named.keys() | set(without)) - RUN.keys(), "no such entries"
-    kept = {name: said for name, said in (RUN | named).items() if name not in without}
-    return sorted([*kept.values(), *more], key=lambda said: said[0])
+run = partial(changed, RUN)
+"""The lawful run in order of time, but for this."""
 
 
 def breaches(
     said: list[Said], tolerance: Tolerance = EXACT, *, followers_sense: bool = True, cut_off: bool = False
 ) -> list[tuple[float, PromiseBroken]]:
     """What is broken in a run, but for S1 and S2."""
-    court, counts = Court(tolerance, followers_sense=followers_sense), dict[str, int]()
-    for t_s, source, record in said:
-        counts[source] = 1 if isinstance(record, RobotStarted) else counts.get(source, 0) + 1
-        court.hear(source, Entry(n=counts[source], t_s=t_s, hlc="", record=record))
+    court = Court(tolerance, followers_sense=followers_sense)
+    for source, entry in lines_of(said):
+        court.hear(source, entry)
     court.close(cut_off=cut_off)
     return [(breach.t_s, breach.broken) for breach in court.breaches]
 

@@ -2,13 +2,12 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 from click.testing import Result
 
 from protocol.root import ROOT
-from tests.support.campaigns import clew, scene
+from tests.support.campaigns import clew, scene, told
 from world.scenario.reading import SCENARIOS
 
 
@@ -26,21 +25,16 @@ def campaign(law: str | None, scene: str = "one.json") -> Result:
     return clew("campaign", scene, "-n", "1", "--jobs", "1", *words, "--out", "out")
 
 
-def told(here: Path) -> dict[str, Any]:
-    said: dict[str, Any] = json.loads((here / "out" / "campaign.json").read_text())
-    return said
-
-
 def test_episodes_have_the_law_as_it_was_and_are_played_again_when_its_file_has_changed(here: Path) -> None:
     assert campaign("mylaw.py:mine").exit_code == 0
-    name, (first,) = told(here)["law"], told(here)["episodes"]
+    name, (first,) = told(here / "out")["law"], told(here / "out")["episodes"]
     assert name.startswith("mylaw.py:mine@")
     (here / "mylaw.py").write_text("def mine(seen): return 'never'")
     assert f"--law out/{name} " in first["replay"]
     again = json.loads(clew(*first["replay"].split()[1:], "--json").stdout)
     assert (again["law"], again["sim_s"]) == (name, first["sim_s"])
     assert campaign("mylaw.py:mine").exit_code == 1
-    assert "never" in told(here)["episodes"][0]["reason"]
+    assert "never" in told(here / "out")["episodes"][0]["reason"]
 
 
 @pytest.mark.parametrize("jobs", ["1", "2"])
@@ -60,9 +54,9 @@ def test_a_law_that_never_returns_is_named_where_the_time_is_up(here: Path) -> N
     (here / "mylaw.py").write_text("import threading\ndef mine(seen): threading.Event().wait()\n")
     asked = ("-n", "1", "--jobs", "1", "--law", "mylaw.py:mine", "--wall-s-max", "2")
     clew("campaign", "one.json", *asked, "--out", "out")
-    (first,) = told(here)["episodes"]
+    (first,) = told(here / "out")["episodes"]
     assert "struck at t=" in first["reason"]
-    assert f", in the law {told(here)['law']}, which may never return" in first["reason"]
+    assert f", in the law {told(here / 'out')['law']}, which may never return" in first["reason"]
 
 
 def test_the_line_that_replays_a_surprise_names_the_program_as_this_folder_finds_it(here: Path) -> None:
@@ -74,7 +68,7 @@ def test_the_line_that_replays_a_surprise_names_the_program_as_this_folder_finds
 def test_a_law_that_raises_is_a_surprise_where_no_scene_says_whether_there_is_a_way(here: Path) -> None:
     (here / "mylaw.py").write_text("def mine(seen): raise KeyError('typo')\n")
     assert campaign("mylaw.py:mine", "grove").exit_code == 1
-    (surprise,) = told(here)["surprises"]
+    (surprise,) = told(here / "out")["surprises"]
     assert (surprise["surprise"], surprise["solvable"]) == ("crashed", None)
     assert "KeyError: 'typo' (mylaw.py:1 mine" in surprise["reason"]
 
@@ -83,10 +77,10 @@ def test_an_episode_is_played_again_when_the_law_of_its_scenario_has_changed(her
     text = (SCENARIOS / "paper.toml").read_text()
     (here / "one.toml").write_text(text.replace('law = "printed"', 'law = "mylaw.py:mine"'))
     campaign(None, "one.toml")
-    assert "never" not in told(here)["episodes"][0]["reason"]
+    assert "never" not in told(here / "out")["episodes"][0]["reason"]
     (here / "mylaw.py").write_text("def mine(seen): return 'never'")
     campaign(None, "one.toml")
-    assert "never" in told(here)["episodes"][0]["reason"]
+    assert "never" in told(here / "out")["episodes"][0]["reason"]
 
 
 @pytest.mark.parametrize("law", ["none.py:mine", "mylaw.py:mien", "mylaw.py"])

@@ -1,7 +1,6 @@
 import json
 import shlex
 from pathlib import Path
-from typing import Any
 
 import pytest
 from click.testing import Result
@@ -10,18 +9,13 @@ from clew.campaign.campaign import SEEN_BY
 from protocol.faults.plan import Plan
 from protocol.faults.plan_text import plan_text
 from protocol.faults.rules import Kill
-from tests.support.campaigns import clew, scene
+from tests.support.campaigns import clew, scene, told
 
 SEEDS = "1,8,17"  # each takes a tenth of a second
 
 
 def swarm(out: Path, *more: str | Path) -> Result:
     return clew("campaign", "--faults", "swarm", "--seeds", SEEDS, "--jobs", "1", "--out", out, *more)
-
-
-def told(out: Path) -> dict[str, Any]:
-    read: dict[str, Any] = json.loads((out / "campaign.json").read_text(encoding="utf-8"))
-    return read
 
 
 @pytest.fixture(scope="module")

@@ -6,34 +6,24 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from clew.campaign.episode import Outcome, Surprise
 from clew.campaign.families import ALL
 from clew.figures import campaign as of_campaign
 from clew.figures.style import Chart, LeftOut
 from clew.swarm.classes import FaultClass
+from tests.support import campaigns
 from tests.support.campaigns import clew
+from tests.support.figures import painted
 from world.judge.ending import Ending
-
-
-def painted(chart: Chart) -> list[Axes]:
-    figure = Figure()
-    chart.paint(figure)
-    return figure.axes
 
 
 def outcome(
     seed: int, *, family: str = "barn", surprise: Surprise = Surprise.NONE, **said: object
 ) -> Outcome:
-    fields = {
-        "key": str(seed), "scene": "a", "family": family, "seed": seed, "robots": 3, "robots_left_out": 0,
-        "ok": surprise is Surprise.NONE, "ending": Ending.ARRIVED, "reason": "", "surprise": surprise,
-        "clearance_margin_m": 0.001 * seed, "switching_steps": seed, "sim_s": 10.0 * seed, "wall_s": 1.0,
-        "replay": "",
-    }  # fmt: skip
-    return msgspec.convert({**fields, **said}, Outcome)
+    of_seed = {"key": str(seed), "seed": seed, "clearance_margin_m": 0.001 * seed, "switching_steps": seed}
+    rest = {"robots": 3, "ending": Ending.ARRIVED, "sim_s": 10.0 * seed, "ok": surprise is Surprise.NONE}
+    return campaigns.outcome(family=family, surprise=surprise, **{**of_seed, **rest, **said})
 
 
 def test_a_share_without_failures_has_the_same_bound_as_in_the_campaigns_table() -> None:

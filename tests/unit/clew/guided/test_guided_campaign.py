@@ -1,19 +1,12 @@
-import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 from click.testing import Result
 
 from tests.support.breaking import break_at_restarts
-from tests.support.campaigns import clew
+from tests.support.campaigns import clew, told
 
 SEED = "19"  # its own faults start nobody again
-
-
-def told(out: Path) -> dict[str, Any]:
-    read: dict[str, Any] = json.loads((out / "campaign.json").read_text(encoding="utf-8"))
-    return read
 
 
 def swarm(out: Path, *more: str) -> Result:

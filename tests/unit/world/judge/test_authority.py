@@ -8,10 +8,10 @@ from msgspec.structs import replace
 from protocol.fence import May
 from protocol.frames import Point
 from protocol.timeline import OrderAccepted, RobotDied, StepAbandoned, StrandFormed
+from tests.support.histories.entries import Said
 from tests.support.histories.fenced import (
     FIRST,
     SECOND,
-    Said,
     breaches,
     broken,
     fence,

@@ -5,11 +5,11 @@ from msgspec.structs import replace
 
 from protocol.fence import May
 from protocol.timeline import RobotDied, StrandFormed, StrandJoined
+from tests.support.histories.entries import Said
 from tests.support.histories.fenced import (
     FIRST,
     LIVES,
     SECOND,
-    Said,
     broken,
     fence,
     formation,

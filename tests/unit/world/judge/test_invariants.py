@@ -14,7 +14,8 @@ from protocol.timeline import (
     ViewLeft,
 )
 from protocol.timeline.invariants import INVARIANTS
-from tests.support.histories.fenced import EXACT, FIRST, SECOND, Said, broken, grant, plan, run
+from tests.support.histories.entries import Said
+from tests.support.histories.fenced import EXACT, FIRST, SECOND, broken, grant, plan, run
 from world.judge.judgement import Court
 
 NEVER = 30_001

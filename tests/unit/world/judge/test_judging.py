@@ -10,7 +10,8 @@ import pytest
 
 from protocol.fence import Cause, May
 from protocol.timeline import Entry, PoseSampled, PromiseBroken, Record, StrandFormed
-from tests.support.histories.fenced import EXACT, RUN, Said, fence, formation, grant, order, run
+from tests.support.histories.entries import Said
+from tests.support.histories.fenced import EXACT, RUN, fence, formation, grant, order, run
 from tests.support.logs.driving_logs import ORDER, entries, scenario
 from world.judge.judgement import Court, Judge, judge
 from world.judge.monitor import Monitor

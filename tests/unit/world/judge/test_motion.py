@@ -4,10 +4,10 @@ import pytest
 from msgspec.structs import replace
 
 from protocol.fence import Cause, May
+from tests.support.histories.entries import Said
 from tests.support.histories.fenced import (
     FIRST,
     SECOND,
-    Said,
     breaches,
     broken,
     fence,

@@ -2,37 +2,24 @@
 
 from typing import Any
 
-import msgspec
 import pytest
 
 from clew.rehearsal.rehearsal import Rehearsal
+from protocol.errors import UsageError
+from tests.support.scenes.placed import placed, polygon
 from world.judge.ending import Ending
 from world.scenario.scenario import Scenario
 
-WALL = {"shape": "polygon", "vertices_m": [[0.0, 0.5], [6.0, 0.5], [6.0, 1.0], [0.0, 1.0]]}
+WALL = polygon((0.0, 0.5), (6.0, 0.5), (6.0, 1.0), (0.0, 1.0))
 
 
-def scenario(**changed: dict[str, Any] | float | list[dict[str, Any]]) -> Scenario:
+def scenario(
+    *obstacles: dict[str, Any], fleet: dict[str, Any] | None = None, **sections: dict[str, Any] | float
+) -> Scenario:
     """Two robots in a queue, with these sections changed."""
-    said: dict[str, Any] = {
-        "name": "room",
-        "fleet": {
-            "robots": 2,
-            "robot_radius_m": 0.1,
-            "separation_m": 0.05,
-            "link_length_m_max": 1.0,
-            "start": [2.0, 2.0, 0.0],
-            "spacing_m": 0.4,
-        },
-        "law": {"epsilon_m": 0.05, "mu0_m": 0.01},
-        "goal": {"at_m": [3.0, 2.0], "tolerance_m": 0.1},
-        "sensor": {"directions": 360, "range_m_max": 3.0},
-        "drive": {"speed_mps": 0.5, "speed_mps_min": 0.05, "speed_mps_max": 1.0, "turn_rate_radps": 1.5},
-        "time": {"time_s_max": 60.0},
-    }
-    for name, value in changed.items():
-        said[name] = said.get(name, {}) | value if isinstance(value, dict) else value
-    return msgspec.convert(said, Scenario)
+    queue = {"robots": 2, "link_length_m_max": 1.0, "start": (2.0, 2.0, 0.0), "spacing_m": 0.4}
+    usual = {"law": {"epsilon_m": 0.05, "mu0_m": 0.01}, "sensor": {"range_m_max": 3.0}}
+    return placed("room", (), (3.0, 2.0), *obstacles, fleet=queue | (fleet or {}), **(usual | sections))
 
 
 @pytest.mark.parametrize("directions", [36, 60, 120, 360])
@@ -46,18 +33,18 @@ def test_robots_that_start_as_near_to_each_other_as_is_accepted_beside_fast_obst
     accepted = scenario(obstacle_speed_mps_max=1.0, sensor=sensor, fleet=nearest)
     assert Rehearsal(accepted, seed=1).run().world.ending is Ending.ARRIVED
     nearer = {"spacing_m": sight.moves_beside_m - 1e-6}
-    with pytest.raises(ValueError, match="none can move"):
+    with pytest.raises(UsageError, match="none can move"):
         scenario(obstacle_speed_mps_max=1.0, sensor=sensor, fleet=nearer)
 
 
 def test_a_robot_that_starts_too_near_to_an_obstacle_to_move_where_others_are_fast_is_refused() -> None:
     at_wall = {"robots": 1, "start": [2.0, 1.15, 0.0]}
-    still = scenario(fleet=at_wall, obstacle=[WALL])
+    still = scenario(WALL, fleet=at_wall)
     assert Rehearsal(still, seed=1).run().world.ending is Ending.ARRIVED
-    with pytest.raises(ValueError, match=r"place of robot 1: must be >= 0.16\d* m away from \$.obstacle"):
-        scenario(fleet=at_wall, obstacle=[WALL], obstacle_speed_mps_max=1.0)
+    with pytest.raises(UsageError, match=r"place of robot 1: must be >= 0.16\d* m away from \$.obstacle"):
+        scenario(WALL, fleet=at_wall, obstacle_speed_mps_max=1.0)
     off_wall = at_wall | {"start": [2.0, 1.17, 0.0]}
-    fast = scenario(fleet=off_wall, obstacle=[WALL], obstacle_speed_mps_max=1.0)
+    fast = scenario(WALL, fleet=off_wall, obstacle_speed_mps_max=1.0)
     assert Rehearsal(fast, seed=1).run().world.ending is Ending.ARRIVED
 
 
@@ -86,7 +73,7 @@ def test_a_fleet_whose_robots_could_join_a_strand_nowhere_is_refused(
     changed: dict[str, Any], line: str
 ) -> None:
     """Each such fleet searched for places until the time was up, or left all robots but one behind."""
-    with pytest.raises(ValueError, match=line):
+    with pytest.raises(UsageError, match=line):
         scenario(**changed)
     alone = changed | {"fleet": changed["fleet"] | {"robots": 1}}
     assert scenario(**alone).fleet.robots == 1

@@ -23,18 +23,17 @@ from tests.support.histories.arriving import (
     KEEP_M,
     NEXT,
     SCENE,
-    Said,
     breaches,
     broken,
     fence,
     finished,
     formation,
-    lines_of,
     order,
     plan,
     pose,
     run,
 )
+from tests.support.histories.entries import Said, lines_of
 from world.judge.judgement import judge
 
 SHORT_M = 0.33

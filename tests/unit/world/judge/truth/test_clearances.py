@@ -12,7 +12,6 @@ from tests.support.histories.arriving import (
     LEFT_M,
     NEXT,
     SCENE,
-    Said,
     breaches,
     broken,
     fence,
@@ -21,6 +20,7 @@ from tests.support.histories.arriving import (
     pose,
     run,
 )
+from tests.support.histories.entries import Said
 
 MU0_M = 0.02
 INFLATED_M = 0.03

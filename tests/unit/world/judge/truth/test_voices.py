@@ -19,7 +19,8 @@ from protocol.timeline import (
     StrandHealed,
     ViewJoined,
 )
-from tests.support.histories.arriving import EPOCH, NEXT, Said, broken, formation, lines_of, pose, run
+from tests.support.histories.arriving import EPOCH, NEXT, broken, formation, pose, run
+from tests.support.histories.entries import Said, lines_of
 from world.judge.tally import Tally
 from world.judge.truth.voices import Voices
 
