@@ -85,7 +85,7 @@ class Processes:
         if not faults.may_cut:
             return set()
         names = {WORLD: WORLD_NUMBER} | {actor.name: actor.robot for actor in self.actors.values()}
-        return {number for name, number in names.items() if faults.is_cut(name, now_s=now_s, step=step)}
+        return {names[name] for name in faults.cut_off(names, now_s=now_s, step=step)}
 
     def _inject_world(self, action: ProcessAction, now_s: float) -> None:
         match action:

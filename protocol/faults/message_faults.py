@@ -8,7 +8,7 @@ Rule 3: a rule affects the recorder's messages only if it names their kind. Mess
 """
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -134,12 +134,18 @@ class MessageFaults:
                     effect = _apply(effect, case.rule, draws)
         return effect
 
+    def cut_off(self, processes: Iterable[str], *, now_s: float, step: int) -> set[str]:
+        """Those of the processes that are cut off from the router: they reach nobody, and show no token."""
+        cuts = [rule for rule in self._cuts if rule.holds(now_s, step)]
+        return {
+            each
+            for each in processes
+            if any(rule.cuts(each, ROUTER) or rule.cuts(ROUTER, each) for rule in cuts)
+        }
+
     def is_cut(self, process: str, *, now_s: float, step: int) -> bool:
-        """Whether a process is cut off from the router: it reaches nobody, and its token is gone."""
-        return any(
-            rule.holds(now_s, step) and (rule.cuts(process, ROUTER) or rule.cuts(ROUTER, process))
-            for rule in self._cuts
-        )
+        """Whether a process is cut off from the router."""
+        return len(self.cut_off([process], now_s=now_s, step=step)) > 0
 
     def hold_up(self, robot: str, *, now_s: float, step: int) -> bool:
         """Whether a rule that is active may delay or remove odometry of a robot, or its orders."""
