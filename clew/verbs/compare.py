@@ -68,6 +68,8 @@ def compare(*, a: Path, b: Path, each: bool, as_json: bool) -> None:
     from clew.campaign.compare import compare as compared
 
     if _is_run(a) and _is_run(b):
+        if each:
+            raise UsageError("--each is for two campaigns, and A and B are runs")
         _compare_runs(a, b, as_json=as_json)
         return
     (ours, a_asked), (theirs, b_asked) = map(_read, (a, b))

@@ -80,6 +80,13 @@ def test_the_verb_compares_two_runs(runs: Runs) -> None:
     assert told["first"]["step"] > 0
 
 
+def test_runs_have_no_pairs_of_episodes_to_show(runs: Runs) -> None:
+    a = str(runs.of("grove"))
+    done = clew("compare", a, a, "--each")
+    assert done.exit_code == 2
+    assert "--each is for two campaigns, and A and B are runs" in done.stderr
+
+
 def test_a_run_and_something_else_cannot_be_compared(runs: Runs, tmp_path: Path) -> None:
     done = clew("compare", str(runs.of("grove")), str(tmp_path))
     assert done.exit_code == 2
