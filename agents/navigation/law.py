@@ -47,11 +47,16 @@ class Seen:
     """Switching steps that the fleet has planned so far."""
     remembered: Floats
     """All hits in the leader's map (n, 2), also of leaders before it; none without a goal."""
+    path: Floats
+    """The corners (n, 2) of the strand's path, from its last robot's place when it formed to the leader.
+
+    It is as planned: bodies keep to it within `mission.mu0_m`.
+    """
     ways: Callable[[], CostToGo] | None = None
     """The cost-to-go by what is remembered; None without a goal."""
 
     def __post_init__(self) -> None:
-        fix(self.remembered, self.walls.starts, self.walls.ends, self.walls.keep_m)
+        fix(self.remembered, self.path, self.walls.starts, self.walls.ends, self.walls.keep_m)
 
     def __repr__(self) -> str:
         goal = "no goal" if self.goal is None else "goal ({:.3f}, {:.3f})".format(*self.goal)

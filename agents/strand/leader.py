@@ -99,6 +99,8 @@ class Leader:
         """The way on from the end of the newest step, which robots behind have to leave free (rule 8)."""
         self._keeps_way_free = False
         """Whether robots behind have once kept it from a turn."""
+        self._path = xy(start)[None]
+        """The corners of the strand's path (n, 2), for laws."""
         self._failure: str | None = None
         self._bodies_may_move = False
         self._brief: Leader | None = None
@@ -160,6 +162,7 @@ class Leader:
             may_forget: whether the map may be cleared (rule 5).
             all_stand: whether what was in the way has not gone for a while.
         """
+        self._path = ground.path.between(0.0, ground.path.end_m)
         self._bodies_may_move |= bodies_may_move
         self._may_forget = may_forget
         self.onward = ()
@@ -189,6 +192,7 @@ class Leader:
 
     def brief_step(self, goal: Floats, view: View, known: Map, ground: Ground) -> Step | LookCloser | None:
         """Rule 6: a step that is driven by moments, with what another leader's map knows."""
+        self._path = ground.path.between(0.0, ground.path.end_m)
         self.map.forget()
         self.map.remember(known.hits)
         walls = self._walls(scan_walls(view, self._mission), ground)
@@ -218,7 +222,9 @@ class Leader:
 
     def _ask(self, sight: Sight, walls: Walls, ways: Callable[[], CostToGo] | None = None) -> Step | Refused:
         """Ask the law of the mission; the robot's process has loaded it before."""
-        seen = Seen(sight, walls, self._mission, self._onward_rad, self._steps, self.map.hits, ways)
+        seen = Seen(
+            sight, walls, self._mission, self._onward_rad, self._steps, self.map.hits, self._path, ways
+        )
         said = asked(find(self._mission.law), seen)
         if isinstance(said, Refused) and said.why is Why.FAILED:
             self._failure = said.reason

@@ -79,6 +79,19 @@ def test_without_a_step_it_is_what_the_law_was_given_last_as_where_the_route_was
     assert re.search(r"the longest certified step is \d\.\d{3} m, at .* rad; the map has a way, with", said)
 
 
+def test_the_path_leads_from_the_last_place_of_the_strand_over_all_steps_to_the_leader(
+    grove: clew.Run,
+) -> None:
+    first = grove.seen(1).path
+    for step in grove.steps:
+        seen = grove.seen(step.number)
+        assert (seen.path[0] == first[0]).all()
+        assert seen.path[-1] == pytest.approx(seen.position, abs=seen.mission.mu0_m)
+        earlier = [grove.seen(number).position for number in range(1, step.number)]
+        off_m = [np.hypot(*(seen.path - place).T).min() for place in earlier]
+        assert max(off_m, default=0.0) < seen.mission.mu0_m, "each former switching position is a corner"
+
+
 def test_in_a_notebook_it_is_a_line(grove: clew.Run) -> None:
     seen = grove.seen(2)
     assert repr(seen).startswith(f"<clew.Seen from ({seen.position[0]:.3f}, {seen.position[1]:.3f}), goal (")
