@@ -80,7 +80,7 @@ class Plan:
                 counters=self.counters,
                 heals=self.heals,
                 led_by=self.led_by,
-                stranded=self.stranded[:STRANDED_MAX] if rank == 0 else (),
+                stranded=self.stranded[:STRANDED_MAX],
                 map_number=self.map_number,
                 seen=self.seen if rank == 0 and first == 0 else None,
                 first=first,

@@ -8,7 +8,7 @@ Rule 3: a live robot watches only the tokens that matter to it: all tokens for a
         it knew of the others is void. A robot that it begins to watch and that shows none has gone by then.
 """
 
-from collections.abc import Iterable, Set
+from collections.abc import Iterable
 
 from protocol.keys import WORLD_NUMBER
 
@@ -70,11 +70,6 @@ class Presence:
     def connected(self) -> bool:
         """Rule 2."""
         return self.shows(WORLD_NUMBER)
-
-    def there(self, now_s: float) -> Set[int]:
-        """The robots that show a token, or have just shown one: it may come back (rule 1)."""
-        robots = self._tokens.keys() - {WORLD_NUMBER}
-        return {robot for robot in robots if not self.has_gone_by(robot, now_s - GRACE_S)}
 
     def shows(self, robot: int) -> bool:
         """Whether a robot shows one."""

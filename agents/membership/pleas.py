@@ -35,7 +35,7 @@ class Pleas:
     _not_before_s: dict[tuple[int, bool], float] = field(default_factory=dict)
     _said_at_s: float = -float("inf")
     _stranded_s: dict[int, float] = field(default_factory=dict)
-    """When robots found no way to the strand that this one was to lead."""
+    """When robots found no way to the strand of this one."""
 
     def ask(self, plea: Plea, fence: Fence, now_s: float) -> list[Command]:
         """Ask the leader that odometry names to be let in, if it is time."""
@@ -82,7 +82,7 @@ class Pleas:
         return list(self._asked)
 
     def note_stranded(self, robots: Collection[int], now_s: float) -> None:
-        """These found no way to the strand that this robot is to lead."""
+        """These found no way to the strand of this robot, which may be to lead it."""
         self._stranded_s.update(dict.fromkeys(robots, now_s))
         self.let_in(robots, now_s)
 

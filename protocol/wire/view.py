@@ -16,7 +16,7 @@ FORMERS_MAX = 4  # the last three formations, and the draft
 LEG_CORNERS_MAX = 64  # a leg with more corners is planned anew
 PIECE_VERTICES_MAX = 256
 SEEN_BYTES_MAX = 32_768  # half of the size limit of a message
-STRANDED_MAX = 64  # of more robots a leader is not told: they are let in again some seconds too early
+STRANDED_MAX = 64  # of more robots members are not told: they are let in again some seconds too early
 
 Seen = Annotated[bytes, Meta(max_length=SEEN_BYTES_MAX)]
 Robots = Annotated[tuple[RobotId, ...], Meta(max_length=ROBOTS_MAX)]
@@ -187,7 +187,7 @@ class Formation(Struct, frozen=True, gc=False, kw_only=True, tag="formation"):
     led_by: Annotated[int, Meta(ge=0, le=ROBOTS_MAX)] = 0
     """The leader of the last formation; 0: there was none."""
     stranded: Annotated[tuple[RobotId, ...], Meta(max_length=STRANDED_MAX)] = ()
-    """For the leader: robots that found no way to a place in it."""
+    """Robots that found no way to a place in it. All are told: after a turn round another one leads."""
     map_number: Count = 0
     seen: Seen | None = None
     """The newest map, for the leader."""

@@ -54,10 +54,10 @@ def answers(had_turn: set[int], *, is_made: bool) -> dict[int, Answer]:
 
 
 @pytest.mark.parametrize("had_turn", [set(), {2}, {3}, {2, 3}])
-def test_the_leader_is_told_who_had_a_turn_and_has_no_place_in_the_formation(had_turn: set[int]) -> None:
+def test_members_are_told_who_had_a_turn_and_has_no_place_in_the_formation(had_turn: set[int]) -> None:
     told = said(had_turn, is_made=True)
     stranded = {robot: each.stranded for robot, each in told.items() if isinstance(each, Formation)}
-    assert stranded == {1: tuple({OTHER} & had_turn), 2: ()}
+    assert stranded == dict.fromkeys(PLACED, tuple({OTHER} & had_turn))
 
 
 @pytest.mark.parametrize("is_made", [True, False])

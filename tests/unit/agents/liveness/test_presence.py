@@ -14,6 +14,11 @@ def connected(*robots: int) -> Presence:
     return presence
 
 
+def there(presence: Presence, now_s: float) -> set[int]:
+    """The robots that show a token, or have just shown one."""
+    return {robot for robot in (1, 2, 3) if not presence.has_gone_by(robot, now_s - GRACE_S)}
+
+
 def test_who_does_not_see_the_worlds_token_is_not_connected() -> None:
     presence = Presence()
     presence.come(1, "a", 0.0)
@@ -27,21 +32,17 @@ def test_who_does_not_see_the_worlds_token_is_not_connected() -> None:
     assert seen == [False, True, False, True]
 
 
-def test_the_world_is_no_robot() -> None:
-    assert connected(1, 2).there(1.0) == {1, 2}
-
-
 def test_a_token_that_went_is_shown_no_more_and_one_that_never_came_may_go() -> None:
     presence = connected(1, 2)
     presence.go(1, "a", 5.0)
     presence.go(3, "a", 5.0)
-    assert (presence.there(6.0), presence.shows(1), presence.shows(2)) == ({2}, False, True)
+    assert (there(presence, 6.0), presence.shows(1), presence.shows(2)) == ({2}, False, True)
 
 
 def test_a_robot_is_there_while_its_token_may_come_back() -> None:
     presence, late_s = connected(1, 2), 5.0 + GRACE_S
     presence.go(1, "a", 5.0)
-    assert [presence.there(now_s) for now_s in (5.0, late_s - 0.01, late_s)] == [{1, 2}, {1, 2}, {2}]
+    assert [there(presence, now_s) for now_s in (5.0, late_s - 0.01, late_s)] == [{1, 2}, {1, 2}, {2}]
 
 
 def test_a_robot_is_lost_when_its_token_has_gone_and_it_is_heard_no_more() -> None:
@@ -152,7 +153,7 @@ def test_many_tokens_tell_the_same_as_one_by_one() -> None:
 def test_what_was_known_of_robots_that_are_no_longer_watched_is_void() -> None:
     presence = connected(1, 2)
     presence.watch([2], 5.0)
-    assert (presence.there(6.0), presence.sees_all, presence.connected) == ({2}, False, True)
+    assert (there(presence, 6.0), presence.sees_all, presence.connected) == ({2}, False, True)
     assert not presence.is_lost(1, 1.0, 99.0), "nothing is known of it"
 
 
@@ -169,6 +170,6 @@ def test_where_all_are_watched_one_that_shows_no_token_has_gone_by_then() -> Non
     presence.watch([], 1.0)
     presence.come(1, "a", 2.0)
     presence.watch(None, 5.0)
-    assert (presence.there(6.0), presence.sees_all) == ({1}, True)
+    assert (there(presence, 6.0), presence.sees_all) == ({1}, True)
     lost = [presence.is_lost(2, 4.0, now_s) for now_s in (5.0, 5.0 + GRACE_S)]
     assert (lost, presence.is_lost(1, 4.0, 99.0)) == ([False, True], False)
