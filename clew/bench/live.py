@@ -12,6 +12,7 @@ import msgspec
 from clew.bench.progress import Progress, Together
 from clew.fleet.live import Ended, Launched
 from clew.fleet.supervision.limits import limits_of
+from protocol.errors import UsageError
 from protocol.faults.manual_faults import WHERE_FILE
 from protocol.files.toml_text import toml_text
 from protocol.network.session import UNIX_SOCKET, unix_socket_endpoint
@@ -30,10 +31,17 @@ class LiveFleet:
     """A fleet of real processes. It must be ended."""
 
     def __init__(self, scenario: Scenario | SharedGround, folder: Path, *, speed: float) -> None:
-        """Start it; its run is `run` in the folder, which is made. Of several fleets each is a strand."""
-        folder.mkdir(parents=True)
+        """Start it; its run is `run` in the folder, which is made. Of several fleets each is a strand.
+
+        Raises:
+            UsageError: the folder is there, or cannot be made.
+        """
         path, self.out = folder / "queue.toml", folder / "run"
-        path.write_text(toml_text(msgspec.to_builtins(scenario)), encoding="utf-8")
+        try:
+            folder.mkdir(parents=True)
+            path.write_text(toml_text(msgspec.to_builtins(scenario)), encoding="utf-8")
+        except OSError as error:
+            raise UsageError(f"cannot keep a run in {folder}: {error.strerror}") from error
         fleets = (
             {self.out / each.name: each.robots for each in scenario.fleets}
             if isinstance(scenario, SharedGround)

@@ -45,6 +45,8 @@ def whole_folder(out: Path, names: Collection[str]) -> Iterator[Path]:
     Raises:
         UsageError: it cannot be written, or `out` holds something other than files of these names.
     """
+    if out.exists() and not out.is_dir():
+        raise UsageError(f"{out}: it is no folder, and this export is one")
     foreign = _foreign(out, names)
     if foreign is not None:
         raise UsageError(
@@ -64,7 +66,7 @@ def whole_folder(out: Path, names: Collection[str]) -> Iterator[Path]:
 def _foreign(out: Path, names: Collection[str]) -> str | None:
     """The name of something at `out` that no export has written; None if there is nothing like that."""
     if not out.is_dir():
-        return out.name if out.exists() else None
+        return None
     return next((each.name for each in out.iterdir() if each.name not in names or not each.is_file()), None)
 
 

@@ -30,5 +30,8 @@ def page(results: tuple[Path, ...], out: Path | None) -> None:
         raise UsageError(f"{RESULTS}: has no results")
     written = out or PAGE
     known = [understand(read(path, str(path)), Result, str(path)) for path in asked]
-    written.write_text(page_of(known), encoding="utf-8")
+    try:
+        written.write_text(page_of(known), encoding="utf-8")
+    except OSError as error:
+        raise UsageError(f"cannot write {written}: {error.strerror}") from error
     warn(f"wrote {written}")

@@ -123,7 +123,7 @@ def _episode(folder: Path, seed: int | None) -> "tuple[Case, Failure | None]":
 
     try:
         campaign = msgspec.json.decode(read_bytes(folder / CAMPAIGN_FILE, MADE_BYTES_MAX), type=Campaign)
-    except FileNotFoundError as error:
+    except (FileNotFoundError, NotADirectoryError) as error:
         if fleets_in(folder):
             raise UsageError(f"{folder}: has several fleets; only a run with one can be shrunk") from error
         neither = f"neither a run (no {EVENTS_FILE}) nor a campaign (no {CAMPAIGN_FILE})"

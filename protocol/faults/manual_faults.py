@@ -86,7 +86,7 @@ def request_fault(run: Path, request: Request) -> str:
     """
     try:
         answer = _answer(run, request)
-    except FileNotFoundError as error:
+    except (FileNotFoundError, NotADirectoryError) as error:
         if not run.exists():
             raise no_run_in(run) from error
         raise UsageError(f"{run}: no run goes on there: it is over or still starting") from error

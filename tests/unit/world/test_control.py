@@ -76,6 +76,9 @@ async def test_a_fault_request_is_answered_with_the_rules_name_or_the_reason_of_
         await ask(tmp_path, FaultRequest(rule=Drop()))
     with pytest.raises(UsageError, match=r"no run in .*nowhere: there is no such folder"):
         await ask(tmp_path / "nowhere", FaultRequest(rule=Drop()))
+    (tmp_path / "file").touch()
+    with pytest.raises(UsageError, match="file: no run goes on there"):
+        await ask(tmp_path / "file", FaultRequest(rule=Drop()))
 
 
 async def test_the_operators_stop_and_release_are_answered_with_the_fence_or_the_reason_of_refusal(

@@ -84,6 +84,12 @@ def test_the_verb_refuses_what_is_no_result(tmp_path: Path) -> None:
     assert (told.exit_code, told.stderr.count("\n")) == (2, 1)
 
 
+def test_a_page_that_cannot_be_written_is_refused_in_a_line(tmp_path: Path) -> None:
+    (tmp_path / "hop.json").write_bytes(msgspec.json.encode(HOP))
+    told = clew("bench", "page", tmp_path / "hop.json", "--out", tmp_path)
+    assert (told.exit_code, told.stderr) == (2, f"Error: cannot write {tmp_path}: Is a directory\n")
+
+
 def test_the_model_of_the_processor_is_read_from_what_linux_tells() -> None:
     assert cpu_model("processor\t: 0\nmodel name\t: Chip 9\n") == "Chip 9"
     assert cpu_model("processor\t: 0\n") != ""

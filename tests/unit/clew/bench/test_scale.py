@@ -1,5 +1,7 @@
 """What is read from a timeline while it is written, and what counts as an aim that was missed."""
 
+from pathlib import Path
+
 import pytest
 from msgspec.structs import replace
 
@@ -7,6 +9,7 @@ from clew.bench.progress import NTP64_PER_S, Progress, Together
 from clew.bench.scale import ScaleRun, figures, ground_of, queue_before_posts, scale_run, spell
 from clew.bench.usage import ROBOTS_ASKED_MAX, Process, Usage, cpu_s, processes, sample
 from protocol.timeline import Entry, PoseSampled, Record, RobotSettled, StrandJoined
+from tests.support.campaigns import clew
 from tests.support.logs.logs import GOOD
 from world.judge.verdict import Late
 from world.record.recorder import line
@@ -180,3 +183,13 @@ def test_strands_stand_beside_each_other_each_before_posts_of_its_own() -> None:
     assert {each.fleet.robots for each in scenarios.values()} == {5}
     lanes = {round(each.fleet.poses()[0].y_m / 3.0 - 0.5, 9) for each in scenarios.values()}
     assert lanes == set(range(40))
+
+
+@pytest.mark.parametrize("bench", [("scale", "-n", "2"), ("soak", "-n", "2")])
+def test_runs_cannot_be_kept_where_no_folder_can_be(tmp_path: Path, bench: tuple[str, ...]) -> None:
+    (tmp_path / "file").touch()
+    said = clew("bench", *bench, "--keep", tmp_path / "file")
+    assert said.exit_code == 2
+    last = said.stderr.splitlines()[-1]
+    assert last.startswith(f"Error: cannot keep a run in {tmp_path}/file/")
+    assert last.endswith(": Not a directory")

@@ -136,11 +136,12 @@ def test_a_reason_that_is_also_the_way_to_fail_is_printed_once(tmp_path: Path) -
     assert clew("shrink", run).stderr.splitlines()[0] == f"shrink: {reason}"
 
 
-def test_a_folder_without_run_and_campaign_is_refused_in_a_plain_sentence(tmp_path: Path) -> None:
-    said = clew("shrink", tmp_path)
-    assert said.exit_code == 2
-    assert "neither a run (no events.jsonl) nor a campaign (no campaign.json)" in said.stderr
-    assert "Errno" not in said.stderr
+def test_what_is_neither_run_nor_campaign_is_refused_in_a_plain_sentence(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").touch()
+    for place in (tmp_path, tmp_path / "notes.txt"):
+        said = clew("shrink", place)
+        neither = "neither a run (no events.jsonl) nor a campaign (no campaign.json)"
+        assert (said.exit_code, said.stderr) == (2, f"Error: {place}: {neither}\n")
 
 
 def test_a_run_with_several_fleets_is_refused_as_such(tmp_path: Path) -> None:

@@ -71,12 +71,10 @@ def test_an_earlier_folder_stays_until_the_new_one_is_complete(tmp_path: Path) -
 
 
 def test_a_folder_with_foreign_files_is_not_replaced(run: Path) -> None:
-    for out in (run, run / "events.jsonl"):
+    holds = "it holds events.jsonl, which is not part of an earlier export and would be lost"
+    for out, why in ((run, holds), (run / "events.jsonl", "it is no folder, and this export is one")):
         said = clew("log", "export", run, "--to", "csv", "--out", out)
-        assert said.exit_code == 2
-        assert (
-            "it holds events.jsonl, which is not part of an earlier export and would be lost" in said.stderr
-        )
+        assert (said.exit_code, said.stderr) == (2, f"Error: {out}: {why}\n")
     assert (run / "events.jsonl").stat().st_size > 0
 
 
