@@ -63,6 +63,15 @@ class Bounds(Struct, frozen=True, kw_only=True):
             y_m=min(max(place.y_m, self.y_m_min), self.y_m_max),
         )
 
+    def inset(self, by_m: float) -> "Bounds":
+        """The rectangle inside it whose sides are so far from its own."""
+        return Bounds(
+            x_m_min=self.x_m_min + by_m,
+            y_m_min=self.y_m_min + by_m,
+            x_m_max=self.x_m_max - by_m,
+            y_m_max=self.y_m_max - by_m,
+        )
+
 
 def robot_keep_m(
     *, robot_radius_m: float, separation_m: float, mu0_m: float, obstacle_speed_mps_max: float
@@ -142,13 +151,7 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
         bounds = self.bounds
         if bounds is None or not self.promises_clearance:
             return None
-        inset_m = self.robot_radius_m + DRIVE_SHARE * self.mu0_m
-        return Bounds(
-            x_m_min=bounds.x_m_min + inset_m,
-            y_m_min=bounds.y_m_min + inset_m,
-            x_m_max=bounds.x_m_max - inset_m,
-            y_m_max=bounds.y_m_max - inset_m,
-        )
+        return bounds.inset(self.robot_radius_m + DRIVE_SHARE * self.mu0_m)
 
     @property
     def closest_rays(self) -> int:

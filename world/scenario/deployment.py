@@ -61,7 +61,7 @@ class _Site(Struct, frozen=True, kw_only=True):
             piece_of(ground, bounds, at_m=self.at_m, hull_m=radius_m, clear_m=clear_m),
             Movers.of(self.moving).among(ground, 0.0),
             # The tolerance covers what bodies drift from their courses.
-            inside=_shrunk(bounds, radius_m + self.law.mu0_m),
+            inside=bounds.inset(radius_m + self.law.mu0_m),
             seed=seed,
             clear_m=clear_m,
             # The distance that a joining robot keeps from all others.
@@ -132,15 +132,6 @@ def free_places(
         else:
             break
     return tuple(poses)
-
-
-def _shrunk(bounds: Bounds, by_m: float) -> Bounds:
-    return Bounds(
-        x_m_min=bounds.x_m_min + by_m,
-        y_m_min=bounds.y_m_min + by_m,
-        x_m_max=bounds.x_m_max - by_m,
-        y_m_max=bounds.y_m_max - by_m,
-    )
 
 
 def _is_in(bounds: Bounds, x_m: float, y_m: float) -> bool:

@@ -23,13 +23,13 @@ function drawStill(chart, context, width, height) {
     if (each.key === chosen) drawCurve(chart, context, width, height, each, false);
   context.restore();
   nameCurves(chart, context, width, height);
-  if (chart.isCut) markCuts(chart, context, width, height);
+  if (chart.isCut) markCuts(chart, context, width);
 }
 
 const CUT_PX = 26; // between two signs that a curve goes on above the top
 
-/** Where curves leave by the top, and where they come back. @param {Chart} chart @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */
-function markCuts(chart, context, width, height) {
+/** Where curves leave by the top, and where they come back. @param {Chart} chart @param {CanvasRenderingContext2D} context @param {number} width */
+function markCuts(chart, context, width) {
   context.font = font(9);
   context.textAlign = "center";
   context.textBaseline = "top";

@@ -57,7 +57,6 @@ class Lanes {
 
   /** @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */
   drawStill(context, width, height) {
-    const { run } = this.app;
     drawTimeAxis(context, this.app.span, LANE.left, width - LANE.right, height - LANE.axis);
     this.nameRows(context);
     context.save();

@@ -26,11 +26,6 @@ class Growing {
     }
   }
 
-  /** @param {number[]} values */
-  pushAll(values) {
-    for (const value of values) this.push(value);
-  }
-
   get last() {
     return this.data[this.length - 1];
   }

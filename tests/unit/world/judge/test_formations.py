@@ -30,10 +30,6 @@ def driven(**fields: int) -> Said:
     return 2.0, "world", replace(fence(FIRST, 3, May.ALL, named=1, members=3), **fields)
 
 
-def test_a_run_in_which_a_strand_forms_twice_is_lawful() -> None:
-    assert broken(run()) == []
-
-
 UNLAWFUL: dict[str, list[Said]] = {
     "none": run(without=("formed",)),
     "of another robot than the coordinator": run(formed=formed(by="r1")),

@@ -156,6 +156,7 @@ def test_every_note_of_a_core_is_found_in_the_decision_that_made_it(
 def test_notes_are_found_among_the_entries_of_shells(lossy: tuple[list[Process], list[Line]]) -> None:
     processes, lines = lossy
     notes = [at for at, (_, entry) in enumerate(lines) if isinstance(entry.record, AuthorityGranted)]
+    assert len(notes) > 20
     for index in notes[::20]:
         place = noted(processes, lines, index)
         assert place is not None
