@@ -91,10 +91,16 @@ def certified_step_to_goal(view: View, walls: Walls, cost_to_go: CostToGo) -> St
     return step if step.cost_to_go_m is not None and step.cost_to_go_m < here_m - GAIN_M else None
 
 
-def has_way(view: View, walls: Walls, cost_to_go: CostToGo) -> bool:
-    """Whether there is a way from here, or from the end of a certified step."""
+def has_way(view: View, walls: Walls, cost_to_go: CostToGo, *, none_nearer: bool = False) -> bool:
+    """Whether there is a way from here, or from the end of a certified step.
+
+    `none_nearer`: no certified step comes nearer, as `certified_step_to_goal` has found. Where there is no
+    way from here, any end of one from which there is a way would be nearer.
+    """
     here_m = float(cost_to_go.at(view.position[None, :])[0])
-    return here_m < np.inf or _best_step(view, walls, cost_to_go).cost_to_go_m is not None
+    if here_m < np.inf or none_nearer:
+        return here_m < np.inf
+    return _best_step(view, walls, cost_to_go).cost_to_go_m is not None
 
 
 def _best_step(view: View, walls: Walls, cost_to_go: CostToGo) -> Step:

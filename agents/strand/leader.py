@@ -54,7 +54,7 @@ from agents.strand.visited import Visited
 from protocol.arrays import Floats, xy
 from protocol.frames import COUNT_MAX, Pose
 from protocol.laws import find
-from protocol.mission import BRIEF_S, Mission
+from protocol.mission import BRIEF_S, CERTIFIED, Mission
 from protocol.sweep import Place
 from protocol.timeline import StepPlanned
 
@@ -256,7 +256,8 @@ class Leader:
             reason, goes_by_ways = step.reason, ways.cache_info().currsize > 0
             if step.why is Why.FAILED:
                 break
-            if not has_way(view, walls, ways()):
+            none_nearer = self._mission.law == CERTIFIED and step.why is Why.NOTHING
+            if not has_way(view, walls, ways(), none_nearer=none_nearer):
                 return self._turn_back(goal, view, ground, settled=settled)
             if closer(self._mission, len(view.ranges_m)) is not None:
                 return LookCloser()

@@ -122,9 +122,12 @@ class Strand:
         leader still creeps by centimetres, and goes to and fro between two gaps that are a little too narrow.
         """
         counters, path = self._formation.counters, self.path
+        anew = Counters(steps=counters.steps, heals=counters.heals)
+        if counters == anew:
+            return counters  # as in most strands: there were no attempts in vain
         advanced_m = math.dist(xy(path.at(self.laid_m)), xy(path.at(path.end_m)))
         has_advanced = advanced_m > self._mission.robot_keep_m and not self.back_by_m > 0.0
-        return Counters(steps=counters.steps, heals=counters.heals) if has_advanced else counters
+        return anew if has_advanced else counters
 
     # --- where the neighbours are -------------------------------------------------------------------
 
