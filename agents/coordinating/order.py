@@ -79,10 +79,11 @@ def order_at_start(places: Places, goal: Point | None, obstacle_m: Mapping[int, 
 
 def former_order(reports: Mapping[int, Report]) -> tuple[int, ...]:
     """Rule 3: the robots that stayed in the newest formation or draft in which any did, in its order."""
-    formers = [(former.epoch.number, former.rank, robot) for robot, report in reports.items()
-               for former in report.formers]  # fmt: skip
-    newest = max((number for number, _, _ in formers), default=0)
-    return tuple(robot for number, _, robot in sorted(formers) if number == newest)
+    ranks = {(former.epoch.number, robot): former.rank for robot, report in reports.items()
+             for former in report.formers}  # fmt: skip
+    newest = max((number for number, _ in ranks), default=0)
+    stayed = {robot: rank for (number, robot), rank in ranks.items() if number == newest}
+    return tuple(sorted(stayed, key=lambda robot: (stayed[robot], robot)))
 
 
 def in_front(places: Places, stayed: Sequence[int], goal: Point | None) -> tuple[int, ...]:

@@ -1,7 +1,7 @@
 """The formation of a strand that turns round: the order and the path of the old one are reversed. Pure.
 
 Rule 1: it exists only where all robots of the strand have reported places on the ending formation's path, in
-        its order; otherwise the view drafts a strand as any other view does.
+        its order, and each only one; otherwise the view drafts a strand as any other view does.
 """
 
 from collections.abc import Mapping
@@ -39,9 +39,9 @@ def turned_round(turning: Turning, reports: Mapping[int, Report]) -> Turned | No
         for former in report.formers
         if former.epoch == turning.ended and not former.draft
     )
-    if [rank for rank, _, _ in at] != list(range(turning.robots)):
-        return None
     order = tuple(robot for _, robot, _ in reversed(at))
+    if [rank for rank, _, _ in at] != list(range(turning.robots)) or len({*order}) < len(order):
+        return None
     end_m = turning.turnabout.end_m
     turned = turning.path.reversed(turning.turnabout.cut_m, end_m)
     places_m = {robot: min(max(end_m - s_m, 0.0), turned.end_m) for _, robot, s_m in at}

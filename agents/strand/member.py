@@ -159,7 +159,9 @@ class Member:
         counters = replace(counters, steps=max(counters.steps, self._memory.steps))
         match None if reason is None else reason.cause:
             case Cause.NO_WAY:
-                last = (*counters.last_to_lead, self._robot)
+                last = tuple(
+                    dict.fromkeys((*counters.last_to_lead, self._robot))
+                )  # a message has room for all
                 return replace(counters, in_vain=one_more(counters.in_vain), last_to_lead=last)
             case Cause.DEAD_END if self._backs_up:
                 return counters

@@ -3,8 +3,8 @@
 Rule 1 (S1): a body is in a free disc, or on a course that is known to be clear. Both follow from the ground
         alone.
 Rule 2 (S2): a body that moves is compared with the bodies that stood near it when all pairs were compared.
-        They are compared again before any body has moved by half of `SLACK_M`. In a small fleet each body is
-        compared with all others, since to compare all pairs is quadratic.
+        They are compared again before any body has moved by half of `SLACK_M`, so it looks at every tick. In
+        a small fleet each body is compared with all others, since to compare all pairs is quadratic.
 Rule 3: in doubt moves are not safe: every limit includes rounding errors.
 """
 
@@ -125,7 +125,10 @@ class Guard:
         near = separations(at_m, at_m) <= self._apart_m + SLACK_M + ROUNDING_M
         self._near = [np.flatnonzero(row).tolist() for row in near]
         self._listed_m = places
-        return self._lists_serve(ways)
+        if self._lists_serve(ways):
+            return True
+        self._listed_m = []  # in the next tick that body may stand where it is not listed
+        return False
 
     def _lists_serve(self, ways: dict[int, Way]) -> bool:
         """Rule 2; no list serves a body that drives further than that in one tick."""

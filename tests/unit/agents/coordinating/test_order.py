@@ -9,12 +9,15 @@ from hypothesis import strategies as st
 
 from agents.coordinating.order import (
     chain,
+    former_order,
     in_front,
     kept_order,
     order_at_start,
     other_order,
 )
+from protocol.fence import Epoch
 from protocol.frames import Point, Pose
+from protocol.wire.view import Former, Report
 
 GOAL = Point(x_m=5.0, y_m=0.0)
 
@@ -95,11 +98,21 @@ def test_a_queue_beside_its_goal_is_led_from_an_end_and_not_from_its_middle() ->
 
 # --- places that were kept ------------------------------------------------------------------------------
 
+LAST, VIEW = (Epoch(generation=each, robot=1, life=1) for each in (2, 3))
 QUEUE = standing((2.0, 0.0), (1.0, 0.0), (0.0, 0.0), (-1.0, 0.0), (3.0, 0.0))
 
 
 def test_robots_that_have_stayed_keep_their_order_and_the_others_come_behind_them() -> None:
     assert kept_order(QUEUE, (3, 2), ()) == (3, 2, 1, 5, 4)
+
+
+def test_a_robot_that_tells_two_places_in_one_formation_has_stayed_once() -> None:
+    twice = tuple(Former(epoch=LAST, rank=rank, at=GOAL) for rank in (0, 2))
+    reports = {
+        robot: Report(epoch=VIEW, life=robot, number=1, turn=0, place=QUEUE[robot], formers=formers)
+        for robot, formers in ((1, (Former(epoch=LAST, rank=1, at=GOAL),)), (2, twice))
+    }
+    assert sorted(former_order(reports)) == [1, 2]
 
 
 def test_robots_that_stand_in_front_of_those_that_have_stayed_lead_them() -> None:

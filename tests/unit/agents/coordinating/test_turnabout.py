@@ -63,6 +63,12 @@ def test_a_strand_of_which_one_has_not_reported_does_not_turn_round() -> None:
     assert turned_round(TURNING, there) is None, "nor without its tail"
 
 
+def test_a_robot_that_tells_two_places_in_it_does_not_stand_for_one_that_has_not_reported() -> None:
+    there = {**reports(), 3: report(3, (stood_at(1.5, rank=2), stood_at(3.0, rank=1)))}
+    del there[2]  # its body is on the path between the others
+    assert turned_round(TURNING, there) is None
+
+
 def test_a_robot_that_was_not_in_it_does_not_keep_the_strand_from_turning_round() -> None:
     there = {**reports(), 4: report(4, ())}
     turned = turned_round(TURNING, there)

@@ -10,7 +10,7 @@ from agents.strand.blocked import BLOCKED_S
 from agents.strand.leader import NO_WAY, DeadEnd, Leader, Wait
 from agents.strand.leading import SETTLED_S
 from protocol.fence import Cause
-from protocol.frames import Point, Pose, Vertex
+from protocol.frames import ROBOTS_MAX, Point, Pose, Vertex
 from protocol.path import Path
 from protocol.timeline import (
     LeaderSucceeded,
@@ -208,6 +208,15 @@ def test_a_leader_that_knows_no_way_on_after_a_loss_wants_another_to_lead_unless
     assert len(stage.records(RouteLost)) == (cause is None)
     wanted = cause is not None
     assert (counters.in_vain, counters.last_to_lead) == (wanted, (*in_vain, 1) if wanted else in_vain)
+
+
+def test_a_leader_that_was_told_one_robot_many_times_tells_no_more_robots_than_a_message_has_room_for() -> (
+    None
+):
+    told = Counters(last_to_lead=(2,) * ROBOTS_MAX, heals=1)
+    stage = MemberStage(replace(MISSION, law="printed"), row(3), ORDER, counters=told)
+    stage.run(10.0)
+    assert stage.leader.counters.last_to_lead == (2, 1)
 
 
 @pytest.mark.parametrize(

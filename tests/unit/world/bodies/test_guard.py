@@ -5,11 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocol.fence import Bearing, Epoch, Fence, May
+from protocol.fence import Bearing, Cause, Epoch, Fence, May, Raise, Turn
 from protocol.frames import Point, Pose
 from protocol.mission import Bounds
+from protocol.timeline import PromiseBroken
 from protocol.wire.messages import Drive
-from tests.support.scenes.world_scenarios import scenario
+from tests.support.scenes.world_scenarios import SPACING_M, scenario
+from world.bodies.arena import Arena
 from world.bodies.bodies import Bodies, Moves
 from world.bodies.guard import SMALL_FLEET, Guard
 from world.geometry.movers import Movers
@@ -157,3 +159,52 @@ def test_two_bodies_that_drive_in_file_are_safe_and_two_that_meet_are_not() -> N
     unsafe = [number for number, (safe, _) in enumerate(found) if not safe]
     broken = [number for number, (_, invariants) in enumerate(found) if invariants]
     assert broken == [unsafe[0]]
+
+
+def test_a_body_that_has_driven_so_far_in_one_tick_is_not_overlooked_in_the_next() -> None:
+    elsewhere = [(-20.0 - row, 0.0) for row in range(SMALL_FLEET)]
+    fleet = Watched((-8.0, 0.0), (-6.4, 0.3), *elsewhere, speed_mps=90.0)
+    fleet.drive(0, -6.4, 0.0)
+    assert fleet.tick() == (False, [])
+    fleet.drive(1, -6.4, 0.2)
+    assert fleet.all_ticks()[-1] == (False, ["S2"])
+
+
+class Queue:
+    """A large fleet in a row, in the world's own way; under ALL."""
+
+    def __init__(self) -> None:
+        fleet = {"robots": SMALL_FLEET + 4}
+        self.arena = Arena(scenario(fleet=fleet, bounds={"x_m_min": -40.0}), seed=1)
+        self.arena.place()
+        epoch = Epoch(generation=1, robot=1, life=7)
+        self.arena.put(1, Raise(epoch=epoch, cause=Cause.START))
+        self.arena.put(1, Turn(fence=Fence(epoch=epoch, turn=1, may=May.ALL, robot=1, life=7, members=20)))
+
+    def drive(self, robot: int, *ways_m: tuple[float, float]) -> list[tuple[int, int | None]]:
+        """Let a robot drive there, from place to place; returns the pairs that come too near."""
+        arena, near = self.arena, list[tuple[int, int | None]]()
+        for x_m, y_m in ways_m:
+            number, fence = arena.bodies[robot - 1].ordered + 1, arena.fence
+            while arena.bodies[robot - 1].finished_number < number:
+                order = Drive(
+                    number=number,
+                    basis_s=arena.now_s,
+                    target=Point(x_m=x_m, y_m=y_m),
+                    speed_mps=0.5,
+                    bearing=Bearing(epoch=fence.epoch, turn=fence.turn, life=7),
+                    step=0,
+                    reach_m=0.0,
+                )
+                arena.order(robot, order)
+                broken = [note.record for note in arena.tick()[0] if isinstance(note.record, PromiseBroken)]
+                near += [(each.robot, each.other) for each in broken]
+        return near
+
+
+def test_a_body_that_came_near_while_a_promise_was_broken_is_not_overlooked_afterwards() -> None:
+    queue, tenth_m, last_m = Queue(), -9 * SPACING_M, -19 * SPACING_M
+    assert queue.drive(1, (-0.33, 0.0)) == [(1, 2)]
+    assert queue.drive(20, (last_m, -1.0), (tenth_m, -1.0), (tenth_m, -0.35)) == []
+    assert queue.drive(1, (-0.3, 0.0)) == []
+    assert queue.drive(10, (tenth_m, -0.2)) == [(10, 20)]
