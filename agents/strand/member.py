@@ -159,10 +159,11 @@ class Member:
         counters = replace(counters, steps=max(counters.steps, self._memory.steps))
         match None if reason is None else reason.cause:
             case Cause.NO_WAY:
-                last = tuple(
-                    dict.fromkeys((*counters.last_to_lead, self._robot))
-                )  # a message has room for all
-                return replace(counters, in_vain=one_more(counters.in_vain), last_to_lead=last)
+                last = dict.fromkeys(
+                    (*counters.last_to_lead, self._robot)
+                )  # a message has room for each once
+                in_vain = one_more(counters.in_vain)
+                return replace(counters, in_vain=in_vain, last_to_lead=tuple(last))
             case Cause.DEAD_END if self._backs_up:
                 return counters
             case Cause.DEAD_END | Cause.BLOCKED:
