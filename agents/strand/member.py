@@ -159,9 +159,8 @@ class Member:
         counters = replace(counters, steps=max(counters.steps, self._memory.steps))
         match None if reason is None else reason.cause:
             case Cause.NO_WAY:
-                last = dict.fromkeys(
-                    (*counters.last_to_lead, self._robot)
-                )  # a message has room for each once
+                # Each only once, whatever others have told: a message has room for all robots.
+                last = dict.fromkeys((*counters.last_to_lead, self._robot))
                 in_vain = one_more(counters.in_vain)
                 return replace(counters, in_vain=in_vain, last_to_lead=tuple(last))
             case Cause.DEAD_END if self._backs_up:
