@@ -15,6 +15,8 @@ Rule 3: if no robot finds a way, and another one, not among the last to lead, is
 Rule 4: robots that are left out and were there lately may stand in the way, and may come back. So the draft
         waits for them before that.
 Rule 5: where a robot that asks a strand on its way to let it in finds no way, the strand goes on as it was.
+Rule 6: a leader that has arrived goes on to nowhere. So those without a way are let in before the last in
+        place, which comes behind them then. If none finds a way so either, it keeps its place.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -73,6 +75,8 @@ class Draft:
     """With others before those that stayed, one of which would have to move for that."""
     _turns_in_vain: list[tuple[int, Order]] = field(default_factory=list)
     """Each robot, and the strand behind which it found no way: under this leader, oldest first."""
+    _gives_room: Order = ()
+    """The strand whose last robot lets others in before it (rule 6). Only a longer one does so again."""
 
     @property
     def keeps(self) -> bool:
@@ -80,9 +84,14 @@ class Draft:
         return self.cause is not Cause.BLOCKED
 
     @property
+    def front(self) -> Order:
+        """Those in place behind which a robot joins: all, or all but the last (rule 6)."""
+        return self.strand[:-1] if self.strand == self._gives_room else self.strand
+
+    @property
     def tried(self) -> set[int]:
         """The robots that have had a turn in vain behind this very strand."""
-        return {robot for robot, behind in self._turns_in_vain if behind == self.strand}
+        return {robot for robot, behind in self._turns_in_vain if behind == self.front}
 
     def begin(self, reports: Reports, obstacle_m: Mapping[int, float], led: tuple[int, ...]) -> None:
         """Compute the order of those that have reported; who is in place is known when they have looked.
@@ -125,14 +134,14 @@ class Draft:
 
     def join(self, robot: int, reports: Reports, turn: int) -> Join:
         """Where the strand ends that the robot joins in this turn, and where the other robots stand."""
-        places = places_of(reports)
-        line, leg = line_of(places, self.strand, self.legs)
-        waiting = [other for other in places if other != robot and other not in self.strand]
+        places, front = places_of(reports), self.front
+        line, leg = line_of(places, front, self.legs)
+        waiting = [other for other in places if other != robot and other not in front]
         return Join(
             turn=turn,
-            strand=points(positions(places, self.strand)),
+            strand=points(positions(places, front)),
             waiting=points(positions(places, waiting)),
-            robots=tuple(sorted((*self.strand, *waiting))),
+            robots=tuple(sorted((*front, *waiting))),
             line=points(line),
             last_leg=int((leg == leg[-1]).sum()) if len(leg) else 0,
         )
@@ -141,12 +150,12 @@ class Draft:
         """A robot has ended its turn, in place or in vain, or has lost it."""
         self.legs.pop(robot, None)
         if placed:
-            self.strand = (*self.strand, robot)
+            self.strand = (*self.front, robot)
         else:
-            self._turns_in_vain.append((robot, self.strand))
+            self._turns_in_vain.append((robot, self.front))
 
     def next(self, reports: Reports, *, others_may_come_back: bool) -> int | NoTurn:
-        """The robot that gets the turn (rules 2 to 5)."""
+        """The robot that gets the turn (rules 2 to 6)."""
         waiting, leader = reports.keys() - {*self.strand}, self.strand[0]
         if free := sorted(waiting - self.tried):
             return self._first_of(free, reports)
@@ -158,7 +167,10 @@ class Draft:
             return NoTurn.WAIT
         goal = self.mission.goal
         if goal is None or other_order(places_of(reports), self.led, goal)[0] == leader:
-            return NoTurn.DONE
+            if not reports[leader].arrived or len(self.strand) <= max(1, len(self._gives_room)):
+                return NoTurn.DONE
+            self._gives_room = self.strand
+            return self.next(reports, others_may_come_back=others_may_come_back)
         self.led, self.strand, self._turns_in_vain = (*self.led, leader), (), []
         return NoTurn.BEGIN
 
@@ -168,7 +180,7 @@ class Draft:
         if {*free} <= {*newest_first}:
             return newest_first[0]
         places = places_of(reports)
-        off_m = np.hypot(*(positions(places, free) - positions(places, self.strand[-1:])).T)
+        off_m = np.hypot(*(positions(places, free) - positions(places, self.front[-1:])).T)
         return free[int(np.argmin(off_m))]
 
     def drop(self, robot: int) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import pytest
+from msgspec.structs import replace
 
 from agents.coordinating.draft import Draft, NoTurn
 from protocol.fence import Cause, Epoch
@@ -267,3 +268,53 @@ def test_a_strand_goes_on_as_it_was_if_a_robot_that_asks_to_be_let_in_finds_no_w
     draft.end_turn(4, placed=False)
     assert draft.next(there, others_may_come_back=True) == NoTurn.DONE
     assert draft.strand == (1, 2, 3)
+
+
+# --- rule 6: making room --------------------------------------------------------------------------------
+
+
+def at_the_goal(there: Reports, leader: int) -> Reports:
+    return {**there, leader: replace(there[leader], arrived=True)}
+
+
+def test_where_the_leader_has_arrived_a_robot_without_a_way_may_come_before_the_last_in_place() -> None:
+    there = at_the_goal(reports(QUEUE), 1)
+    draft = in_vain(settled(drafted(), there, 2, 3), 4)
+    assert draft.next(there, others_may_come_back=False) == 4
+    assert (draft.front, draft.strand) == ((1, 2), (1, 2, 3))
+    draft.end_turn(4, placed=True)
+    assert (draft.strand, draft.front) == ((1, 2, 4), (1, 2, 4))
+    assert draft.next(there, others_may_come_back=False) == 3
+    draft.end_turn(3, placed=True)
+    assert draft.next(there, others_may_come_back=False) == NoTurn.DONE
+    assert draft.strand == (1, 2, 4, 3)
+
+
+def test_the_last_in_place_keeps_its_place_and_its_leg_where_nobody_comes_before_it() -> None:
+    there = at_the_goal(reports(QUEUE, BEFORE, 1, 2, 3), 1)
+    draft = in_vain(settled(drafted(), there, driven=(2, 3)), 4)
+    assert draft.next(there, others_may_come_back=False) == 4
+    draft.end_turn(4, placed=False)
+    assert draft.next(there, others_may_come_back=False) == NoTurn.DONE
+    assert (draft.strand, set(draft.legs)) == ((1, 2, 3), {2, 3})
+
+
+def test_room_is_made_once_where_no_more_robots_come_in_place_by_it() -> None:
+    there = at_the_goal(reports(QUEUE), 1)
+    draft = in_vain(settled(drafted(), there, 2), 3, 4)
+    turns: list[int] = []
+    while isinstance(following := draft.next(there, others_may_come_back=False), int):
+        turns.append(following)
+        draft.end_turn(following, placed=draft.front == (1,))
+    assert following == NoTurn.DONE
+    assert turns == [4, 3, 2]
+    assert draft.strand == (1, 4)
+
+
+@pytest.mark.parametrize("in_place", [(), (2, 3)])
+def test_a_leader_on_its_way_and_one_that_stands_alone_let_nobody_come_between(
+    in_place: tuple[int, ...],
+) -> None:
+    there = reports(QUEUE) if in_place else at_the_goal(reports(QUEUE), 1)
+    draft = in_vain(settled(drafted(), there, *in_place), *(set(QUEUE) - {1, *in_place}))
+    assert draft.next(there, others_may_come_back=False) == NoTurn.DONE

@@ -1,0 +1,26 @@
+"""A strand has closed up at the goal, where it drives no further: a robot in its middle is started again."""
+
+from protocol.fence import May
+from protocol.timeline import RobotArrived
+from tests.support.stages.view_stage import ViewStage
+
+PLACES = ((2.0, 1.0, 0.0), (1.4, 1.0, 0.0), (2.0, 2.2, 0.0), (1.2, 2.2, 0.0))
+
+
+def test_robots_that_stand_too_near_to_each_other_to_come_behind_the_last_one_come_before_it() -> None:
+    stage = ViewStage.driving(PLACES)
+    stage.run(lambda: len({robot for robot, _, said in stage.records if isinstance(said, RobotArrived)}) == 4)
+    assert stage.formed is not None
+    before = stage.formed.order
+    stage.kill(middle := before[2])
+    stage.start(middle)
+    generation = stage.fence.epoch.generation
+    stage.run(
+        lambda: (
+            stage.fence.epoch.generation > generation
+            and stage.fence.may is May.ALL
+            and stage.fence.members == len(before)
+        ),
+        s_max=20.0,
+    )
+    assert stage.formed.order == (before[0], before[3], middle, before[1])
