@@ -99,3 +99,15 @@ def test_a_newer_map_than_the_leaders_is_asked_of_the_robot_that_has_it_and_not_
     assert (view.fence.may, view.drafted.awaited) == (May.NOBODY, {3})
     view.act(until_s=view.now_s + TIMING.looks_s + 0.2)
     assert view.fence.may is May.ALL
+
+
+def test_a_robot_that_was_driving_as_another_one_was_lost_has_time_to_tell_where_it_stands() -> None:
+    view = with_turns()
+    view.act(until_s=view.now_s + TIMING.looks_s + 1.0)  # robot 3 drives in its turn, and has nothing to tell
+    view.suspicion.presence.go(4, "a", view.now_s)
+    view.act(until_s=view.now_s + 1.0)
+    assert (view.fence.may, view.drafted.awaited) == (May.NOBODY, {2, 3})
+    view.hear(2, report(2, BEHIND[2], number=5, turn=3, ended=1, placed=True))
+    view.hear(3, report(3, BEHIND[3], number=5, turn=3))
+    view.act()
+    assert set(view.drafted.order) == {1, 2, 3}
