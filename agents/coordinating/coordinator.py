@@ -151,9 +151,8 @@ class Coordinator:
         return frozenset({robot} if is_newer else ())
 
     def _go_on(self, fence: Fence, now_s: float) -> list[Command]:
-        silent_s = (
-            self._timing.looks_s
-        )  # also since the phase began: while it drove, a robot had nothing to tell
+        # Silence counts from the phase's begin on: while a robot drove, it had nothing to report.
+        silent_s = self._timing.looks_s
         owing = self._owing if now_s - self._since_s > silent_s else frozenset()
         for robot in self._reported.lost(self._robot, now_s, owing=owing, silent_s=silent_s):
             self._drop(robot, now_s)
