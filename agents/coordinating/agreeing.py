@@ -1,6 +1,6 @@
 """What a view agrees on, from the reports of its robots. Pure."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -122,7 +122,7 @@ class Agreement:
         turn: int,
         back_by_m: float = 0.0,
     ) -> Plan:
-        newest = reports[newest_map(reports)]
+        newest = reports[_newest_map(reports)]
         return Plan(
             epoch=self.epoch,
             turn=turn,
@@ -142,7 +142,13 @@ class Agreement:
         )
 
 
-def newest_map(reports: Reports) -> int:
+def newer_map(reports: Reports, leader: int) -> Set[int]:
+    """The robot that has a newer map than the leader, if there is one."""
+    robot = _newest_map(reports)
+    return {robot} if reports[robot].map_number > reports[leader].map_number else frozenset()
+
+
+def _newest_map(reports: Reports) -> int:
     """A robot that has the newest map; one that has told it, if there is one."""
     return max(reports, key=lambda robot: (reports[robot].map_number, reports[robot].seen is not None))
 

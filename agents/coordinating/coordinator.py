@@ -18,7 +18,7 @@ Rule 5: it goes by phases (`agents.coordinating.phases`). It goes on when it wai
 from collections.abc import Mapping, Set
 
 from agents.commands import Command, Note
-from agents.coordinating.agreeing import Agreement, Intent, newest_map
+from agents.coordinating.agreeing import Agreement, Intent, newer_map
 from agents.coordinating.draft import Draft, NoTurn
 from agents.coordinating.drafted import Drafted, left_out
 from agents.coordinating.formation import Plan
@@ -144,11 +144,7 @@ class Coordinator:
     @property
     def _map_from(self) -> Set[int]:
         """CLOSING: the robot that is to tell its map, if the leader has an older one."""
-        if self.phase is not Phase.CLOSING:
-            return frozenset()
-        robot, leader = newest_map(self._reports), self._draft.strand[0]
-        is_newer = self._reports[robot].map_number > self._reports[leader].map_number
-        return frozenset({robot} if is_newer else ())
+        return newer_map(self._reports, self._draft.strand[0]) if self.phase is Phase.CLOSING else frozenset()
 
     def _go_on(self, fence: Fence, now_s: float) -> list[Command]:
         # Silence counts from the phase's begin on: while a robot drove, it had nothing to report.
