@@ -2,8 +2,8 @@
 
 Data goes to stdout, everything else to stderr. docs/run.md lists the exit codes.
 
-A Ctrl-C is heard while a verb is loaded and does its work. One that comes before waits until then; one that
-comes later changes nothing.
+A Ctrl-C is heard while a verb is loaded and does its work. An earlier one waits until then; a later one
+changes nothing.
 """
 
 from protocol.process.loading import hold_interrupts, interruptible, loading

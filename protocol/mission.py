@@ -64,7 +64,7 @@ class Bounds(Struct, frozen=True, kw_only=True):
         )
 
     def inset(self, by_m: float) -> "Bounds":
-        """The rectangle inside it whose sides are so far from its own."""
+        """The rectangle inside this one whose sides are `by_m` from its own."""
         return Bounds(
             x_m_min=self.x_m_min + by_m,
             y_m_min=self.y_m_min + by_m,

@@ -16,7 +16,7 @@ from protocol.arrays import Floats, Indices, nearest_on_segments
 
 TOUCHING_M = 1e-9  # nearer than this to a bound counts as on it: rounding of sums of metres
 PARALLEL = 1e-12  # component of a unit vector across a wall: over 1 km the wall comes nearer by `TOUCHING_M`
-FIRST_OF = 32  # segments per sample: neighbours are about as far away; 8 takes half as long again, of 10,000
+FIRST_OF = 32  # segments per sample: neighbours are about equally far; 8 takes 50 % longer for 10,000
 FEW = 1000  # pairs of heading and segment: a sample of fewer costs more than it saves
 GRAZING_RAD = 1e-7  # above the rounding error of an arc sine near 1: the square root of a double's last bit
 
@@ -152,7 +152,7 @@ class Stadiums:
         order, first, counts = self._in_sight(headings)
 
         def shorten(some: Indices) -> None:
-            """Come no further than these segments let."""
+            """Shorten the headings to what these segments leave free."""
             segment, place = np.repeat(some, counts[some]), _counted_up(first[some], counts[some])
             heading = order[place % len(order)]
             matters = self._nearest_m[segment] < free[heading]
@@ -183,13 +183,13 @@ class Stadiums:
 
 
 def _largest(values: Floats, first: Indices, counts: Indices) -> Floats:
-    """The largest (n,) of so many values from a first one on, round and round; 0 values: any."""
+    """The largest (n,) of `counts` values from `first` on, cyclically; where the count is 0, any value."""
     spans = np.stack([first, first + counts], axis=1).ravel()
     return np.asarray(np.maximum.reduceat(np.concatenate([values, values, [0.0]]), spans)[::2])
 
 
 def _counted_up(first: Indices, counts: Indices) -> Indices:
-    """The numbers of all these spans: so many from each first one on."""
+    """The numbers of all spans, one after the other: of each, `counts` numbers from `first` on."""
     return np.asarray(np.arange(counts.sum()) + np.repeat(first - (np.cumsum(counts) - counts), counts))
 
 

@@ -126,7 +126,7 @@ class Attendance:
             self.hear(robot, wall_s=wall_s)
 
     def lose(self, robots: Set[int]) -> list[int]:
-        """These robots have died, whether or not a token is still shown; returns those that lived."""
+        """These robots have died, even if they still show a token; returns those that were living."""
         newly_dead = sorted(self.living & robots)
         self.dead.update(newly_dead)
         return newly_dead

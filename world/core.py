@@ -8,7 +8,7 @@ Rule 2: `running` ends on the first of these, and is followed by `over`, `closin
         - the leader has lost its route, or a loss has not healed within `HEAL_S_MAX`;
         - the time limit; all robots, or the router, stay away; a request to end.
 Rule 3: without a router no robot can be heard, and no robot is declared dead for that silence. One that a
-        fault has stopped shortly before the end has died by then, if it has not told what it counted.
+        fault has stopped shortly before the end is declared dead then, unless it has told its counts.
 Rule 4: a change of the fence is told to all robots at once. A resumed world raises the fence before all else.
 Rule 5: entries are judged when they are read from the timeline; once the run is over, before each look.
 Rule 6: in lock-step the world waits for every living robot's answer to its last odometry; else for robots
@@ -331,7 +331,7 @@ class World:
         return self.arena.note(RobotDied(robot=robot, silent_since_s=self.bodies.basis_s(robot - 1)))
 
     def _note_last_deaths(self) -> list[Command]:
-        """The robots that a fault stopped too late to be found dead while the run went on."""
+        """Declare those robots dead that a fault stopped too late to be found dead while the run went on."""
         dead = self.attendance.lose(self.tally.stopped.keys() - self.tally.counted.keys())
         self.survivors -= set(dead)
         return [self._note_death(robot) for robot in dead]

@@ -110,7 +110,7 @@ def good_for_s(view: View, target: Floats, mission: Mission) -> float:
     soonest_s = (here_m - keep_m) / (mission.speed_mps + speed_mps)
     first_s, last_s = (float(each.min(initial=np.inf)) for each in (soonest_s, (here_m - keep_m) / speed_mps))
     unsure_s, near = TIMES_S[(first_s < TIMES_S) & (last_s > TIMES_S)], soonest_s < last_s
-    latest_s = unsure_s[-1:]  # what is not in the way by then is not in the way any sooner
+    latest_s = unsure_s[-1:]  # what is not in the way by then is not in the way earlier
     near[near] = (swept_m(latest_s, near) < keep_m[near] + speed_mps * latest_s[:, None]).any(axis=0)
     is_good = swept_m(unsure_s, near) >= keep_m[near] + speed_mps * unsure_s[:, None]
     good_s = LONGEST_S / len(TIMES_S) * float((first_s >= TIMES_S).sum() + is_good.all(axis=1).sum())

@@ -23,7 +23,7 @@ from protocol.wire.view import Counters, Report
 Reports = Mapping[int, Report]
 NO_WAY = "it finds no way to a place behind the others"
 NO_ROOM = "the strand has too many robots and corners for one message: make several fleets"
-IN_VAIN = 2  # attempts of a strand: by both of its ends, or by two of its robots
+IN_VAIN = 2  # attempts of a strand: one by each of its ends, or by two of its robots
 LEFT_OUT_PART = 20  # of a strand that is too long: so much of it is left out at a time
 
 
@@ -149,15 +149,15 @@ def newer_map(reports: Reports, leader: int) -> Set[int]:
 
 
 def _newest_map(reports: Reports) -> int:
-    """A robot that has the newest map; one that has told it, if there is one."""
+    """A robot that has the newest map; if several have it, one that has told it."""
     return max(reports, key=lambda robot: (reports[robot].map_number, reports[robot].seen is not None))
 
 
 def _last_to_lead(counters: Counters, reports: Reports, ended: Epoch) -> Counters:
     """Note which robots lead only after all others.
 
-    After `IN_VAIN` attempts of a strand these are all of its robots, and first those that have not led, as
-    long as another one is there that may lead. What that one leads counts anew.
+    After `IN_VAIN` attempts in vain all robots of the strand are among them, those that have not led first,
+    if another robot is there that may lead. Then attempts are counted anew.
     """
     last = tuple(dict.fromkeys(counters.last_to_lead))  # a robot may have told one twice
     of_strand = {robot for robot, report in reports.items() if report.counted == ended}

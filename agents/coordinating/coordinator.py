@@ -1,18 +1,18 @@
 """The coordinator of a view: it hears the reports, gives the turns and makes the one formation. Pure.
 
 Rule 1: it puts the next turn only when its own odometry has told this one, and each turn has one content
-        (F4). It gives no turn while its own place may be older than its own last turn: the next robot takes
-        hits there for its hull (F6b).
+        (F4). It gives no turn while its own place may be older than its own last turn: the robot that has
+        the turn takes hits at that place for the coordinator's hull (F6b).
 Rule 2: a formation is made once, from places that each were read from an odometry of a later turn than the
         last one that was put for that robot. After that it puts nothing but ALL.
 Rule 3: a robot that is lost before that, or reports in another life, is dropped, and the draft begins again
         with the robots in place. So is one that is silent while the view waits for its place. The draft also
         begins again when another robot has reported. It begins only when no robot has a turn any more, and
-        all places are newer than all turns. Otherwise a robot's view of its leg may show where another robot
-        stood before its turn. Of two lives that have told the same turn nobody knows which is the older one,
-        so the newest report may be late, and tell such a place.
+        all places are newer than all turns. Otherwise what a robot sees on its leg may be from before another
+        robot's turn. Of two lives that have told the same turn nobody knows which is older, so the newest
+        report may be late, and tell such a place.
 Rule 4: what no message can tell has no place in the formation: robots without a place are told so.
-Rule 5: it goes by phases (`agents.coordinating.phases`). It goes on when it waits for no robot any more.
+Rule 5: it goes by phases (`agents.coordinating.phases`). A phase ends when it waits for no robot any more.
 """
 
 from collections.abc import Mapping, Set
@@ -60,7 +60,7 @@ class Coordinator:
         self._began_s = now_s
         self.phase = Phase.GATHERING
         self._since_s = now_s
-        """Since when it is in its phase."""
+        """When its phase began."""
         self._questions = Questions(mission, timing)
         self._reported = Reported(suspicion, mission.robots, now_s)
         self._reports: Mapping[int, Report] = self._reported.counted
@@ -137,7 +137,7 @@ class Coordinator:
                 return frozenset()
 
     def _may_come_back(self, now_s: float) -> Set[int]:
-        """The robots that were there lately, as long as the view has not waited for them for long."""
+        """The robots that were there lately; none once the view has lasted for `comes_back_s`."""
         since_s = now_s - self._timing.comes_back_s
         return self._reported.missing(since_s) if self._began_s > since_s else frozenset()
 
@@ -174,7 +174,7 @@ class Coordinator:
         return commands + (self._close(fence, now_s) if closes else [])
 
     def _look(self, obstacle_m: Mapping[int, float], now_s: float) -> None:
-        """Robots look at the legs of the next order; without a goal, first at what is near them."""
+        """Ask robots to look at the legs of the next order; without a goal, first at what is near them."""
         draft, reports, turn = self._draft, self._reports, self._turns.number
         draft.begin(reports, obstacle_m, self._agreement.counters(reports).last_to_lead)
         asked = self._questions.ask(draft.order, reports, now_s, turn=turn, keeps=draft.keeps)

@@ -1,7 +1,7 @@
 """The strand that a coordinator drafts: its order, the robots in place, the next turn. Pure.
 
-A draft remembers facts of its view, and no more: the robots in place, those that have led in vain, and the
-orders and turns that were in vain.
+A draft remembers only facts of its view: the robots in place, those that have led in vain, and the orders and
+turns that were in vain.
 
 Rule 1: two groups are in place. First, from the front on, the robots of the order that have a clear leg to
         the robot ahead, as long as their strand does not fold back (`agents.coordinating.folding`). Then
@@ -64,7 +64,7 @@ class Draft:
     led: tuple[int, ...] = ()
     """The robots that lead only after all others: they have led in vain, in this view or before."""
     order: Order = ()
-    """The one that is tried."""
+    """The order that is tried."""
     strand: Order = ()
     """The robots in place."""
     legs: dict[int, tuple[Point, ...]] = field(default_factory=dict)
@@ -72,9 +72,9 @@ class Draft:
     _stayed: Order = ()
     """Those that were in place before the order was tried, here or in a former strand."""
     _orders_in_vain: set[Order] = field(default_factory=set)
-    """With others before those that stayed, one of which would have to move for that."""
+    """Orders with others before those that stayed, for which one of these would have to move."""
     _turns_in_vain: list[tuple[int, Order]] = field(default_factory=list)
-    """Each robot, and the strand behind which it found no way: under this leader, oldest first."""
+    """A robot, and the strand behind which it found no way; under this leader, oldest first."""
     _gives_room: Order = ()
     """The strand whose last robot lets others in before it (rule 6). Only a longer one does so again."""
 
@@ -94,13 +94,13 @@ class Draft:
         return {robot for robot, behind in self._turns_in_vain if behind == self.front}
 
     def begin(self, reports: Reports, obstacle_m: Mapping[int, float], led: tuple[int, ...]) -> None:
-        """Compute the order of those that have reported; who is in place is known when they have looked.
+        """Compute the order of the robots that have reported. `settle` finds those in place, after all looks.
 
         Args:
             reports: of the view.
             obstacle_m: without a goal, each robot's distance from the nearest obstacle; empty: there is no
                 order before they have looked around.
-            led: the last to lead, as counted before this view.
+            led: the robots that are to lead only after all others, as counted before this view.
         """
         places, goal = places_of(reports), self.mission.goal
         self.led, self._stayed = self.led or led, self.strand

@@ -27,11 +27,11 @@ class Drafted:
     awaited: Set[int]
     """The robots that the view waits for in its phase."""
     since_s: float
-    """Since when it is in that."""
+    """When that phase began."""
 
 
 def left_out(in_place: Collection[int], draft: Draft, reported: Reported, now_s: float) -> dict[int, str]:
-    """Why each robot that is not in place is not."""
+    """Each robot that is not in place, and why."""
     others = (each for each in range(1, reported.robots + 1) if each not in in_place)
     return {each: _reason_of(each, draft, reported, now_s) for each in others}
 

@@ -58,7 +58,7 @@ class Plan:
     seen: Seen | None = None
     sensed: bool = False
     stranded: tuple[int, ...] = ()
-    """The robots that have had a turn, and found no way to a place in it."""
+    """The robots that have had a turn, and have no place."""
 
     def pieces(self, robot: int) -> tuple[Formation, ...]:
         """Rule 2: what one member is told."""

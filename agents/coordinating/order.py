@@ -7,7 +7,7 @@ Rule 2: the robot next in the strand is the nearest one that is left (III-C).
 Rule 3: robots that have not left their places in a former strand keep their order. Others that stand
         in front come in front, if no robot has to move for that. The rest come behind.
 Rule 4: after an attempt in vain, the next leader is the one nearest to the goal that is not among the last to
-        lead; where all are, the first of them: it may stand elsewhere now, and so may those in its way.
+        lead. If all are, it is the first of them: it may stand elsewhere now, and so may those in its way.
 """
 
 import math

@@ -21,7 +21,7 @@ class Reported:
 
     suspicion: Suspicion
     robots: int
-    """How many the mission has."""
+    """How many robots the mission has."""
     _looked_s: float
     """When lost robots were looked for last; at first: since when there is the view."""
     counted: dict[int, Report] = field(default_factory=dict)
@@ -80,9 +80,9 @@ class Reported:
         return {each for each in others if not (presence.sees_all and presence.has_gone_by(each, since_s))}
 
     def lost(self, own: int, now_s: float, *, owing: Set[int], silent_s: float) -> list[int]:
-        """The robots that count and are gone, but this one; told once for all that is heard at one time.
+        """The robots that count and are gone, except `own`; at one time they are looked for only once.
 
-        One that owes its place and has been silent for so long is gone, too, though it shows a token.
+        A robot in `owing` that has been silent for `silent_s` is gone, too, even if it shows a token.
         """
         if now_s == self._looked_s or not self.suspicion.judges(now_s):
             return []

@@ -56,7 +56,7 @@ class Telling:
             odometry: the coordinator's newest.
             now_s: the time.
             join: what the robot that has the turn is to know.
-            map_from: the robot that is to tell its map, if there is one.
+            map_from: the robot that has to tell its map, if there is one.
         """
         if is_due(last_s=self._news_at_s, every_s=self.timing.report_s, now_s=now_s):
             self._news_at_s = now_s

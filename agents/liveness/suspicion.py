@@ -19,7 +19,7 @@ from protocol.wire.link import Link
 from protocol.wire.messages import AheadState, BehindState
 
 HALF_LIFE_S = 30.0  # of a penalty
-SUPPRESS = 0.75  # a loss counts 1, so for 12 s at first, and for longer when it is lost again soon
+SUPPRESS = 0.75  # a loss adds 1: a robot is left out for 12 s, and for longer if it is lost again soon
 
 
 @dataclass(slots=True)

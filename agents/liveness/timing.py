@@ -37,7 +37,7 @@ class Timing:
     reports_s: float = 1.25
     """The coordinator waits so long for robots that show a token and have not reported."""
     looks_s: float = 3.0
-    """It waits so long for a robot to look at its leg, or to tell a newer place or a map."""
+    """The coordinator waits so long for a robot to look at its leg, or to tell a newer place or a map."""
     turn_s: float = 12.0
     """It takes a turn back when the robot has stood for so much longer than it has driven."""
     coordinator_s: float = 1.5

@@ -4,8 +4,8 @@ Rule 1: a leader lets the same robot in again after a time that doubles, to a li
         failing does not stop the others all the time. The times when it has arrived count apart: by then
         others have moved out of the way, and before long the run is over for those that are left out.
 Rule 2: it proposes that view when it next stands, or after `STOP_S`.
-Rule 3: one that found no way to the strand it lets in only when a body has moved; sooner if it has arrived
-        itself, or knows no way on and the other may lead.
+Rule 3: a leader lets in a robot that found no way to the strand only when a body has moved since; or if the
+        leader has arrived, or knows no way on and that robot may lead.
 """
 
 from collections import Counter
@@ -35,7 +35,7 @@ class Pleas:
     _not_before_s: dict[tuple[int, bool], float] = field(default_factory=dict)
     _said_at_s: float = -float("inf")
     _stranded_s: dict[int, float] = field(default_factory=dict)
-    """When robots found no way to the strand of this one."""
+    """When each robot was told to have found no way to the strand of this one."""
 
     def ask(self, plea: Plea, fence: Fence, now_s: float) -> list[Command]:
         """Ask the leader that odometry names to be let in, if it is time."""
@@ -57,8 +57,8 @@ class Pleas:
             robot: the one that asks.
             now_s: the time.
             stood_s: for how long all bodies have stood.
-            arrived: whether this robot has.
-            may_lead: whether this one knows no way on, and the other may lead.
+            arrived: whether this leader has.
+            may_lead: whether this leader knows no way on, and that robot may lead.
         """
         self._has_arrived = arrived
         is_stranded = now_s - self._stranded_s.get(robot, -float("inf")) <= stood_s + self.timing.gap_s
@@ -82,7 +82,7 @@ class Pleas:
         return list(self._asked)
 
     def note_stranded(self, robots: Collection[int], now_s: float) -> None:
-        """These found no way to the strand of this robot, which may be to lead it."""
+        """These found no way to the strand of this robot, which leads it or may lead it later."""
         self._stranded_s.update(dict.fromkeys(robots, now_s))
         self.let_in(robots, now_s)
 

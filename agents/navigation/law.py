@@ -3,7 +3,7 @@
 Rule 1: a law is a pure function of `Seen`: the same sight, the same answer, in a run and in its replay.
         Chance comes from `Seen.seed`.
 Rule 2: a law only proposes. The step is shortened to what is certified, or refused (`asked`), and the
-        certificate is of the scan itself: a law of a user is given copies, whatever it does to them.
+        certificate is of the scan itself: a law of a user is given copies, and may change them.
 Rule 3: a law that fails, or proposes no straight step, is refused like one that proposes nothing.
 """
 
@@ -180,7 +180,7 @@ def asked(law: Law, seen: Seen) -> Step | Refused:
 
 
 def call_in(frame: FrameType | None) -> FrameType | None:
-    """The call of `asked` for a law of a user that goes on in this frame, or in a caller of it."""
+    """The call of `asked`, for a law of a user, in which this frame runs; None: there is none."""
     while frame is not None:
         if frame.f_code is asked.__code__ and frame.f_locals["name"] not in OURS:
             return frame

@@ -94,8 +94,8 @@ def certified_step_to_goal(view: View, walls: Walls, cost_to_go: CostToGo) -> St
 def has_way(view: View, walls: Walls, cost_to_go: CostToGo, *, none_nearer: bool = False) -> bool:
     """Whether there is a way from here, or from the end of a certified step.
 
-    `none_nearer`: no certified step comes nearer, as `certified_step_to_goal` has found. Where there is no
-    way from here, any end of one from which there is a way would be nearer.
+    `none_nearer`: `certified_step_to_goal` has found no step that ends nearer to the goal. Then no step ends
+    where there is a way unless there is one from here: such an end would be nearer.
     """
     here_m = float(cost_to_go.at(view.position[None, :])[0])
     if here_m < np.inf or none_nearer:

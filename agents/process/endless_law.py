@@ -1,7 +1,7 @@
-"""A law of a user that does not return: its robot says so, for it does nothing else meanwhile. A shell.
+"""A robot records that a law of a user does not return, since until then it does nothing else. A shell.
 
 Rule 1: an alarm looks every `ALARM_S` which call of the law goes on. A call that two alarms in a row find has
-        not returned for that long, also where the process was frozen in between. It is recorded once.
+        not returned for that long, even if the process was frozen in between. It is recorded once.
 Rule 2: Python looks at alarms between two of its instructions. So a law that never comes back from a library
         in C is not found.
 Rule 3: laws of ours return: for them there is no alarm.
@@ -20,17 +20,17 @@ ALARM_S = 5.0  # wall: three times the longest plan of a law of ours on a busy m
 
 
 class Watch:
-    """Which call of a law goes on."""
+    """The call of a law that goes on."""
 
     def __init__(self, law: str, record: Callable[[Record], None]) -> None:
         self._law, self._record = law, record
         self._call: FrameType | None = None
-        """The call that the last alarm found. Kept, so that no other one can have its identity."""
+        """The call that the last alarm found: the object is kept, so no later call can be taken for it."""
         self._is_told = False
         """Whether it has been recorded."""
 
     def look(self, _number: int, frame: FrameType | None) -> None:
-        """An alarm has interrupted this frame."""
+        """Hear an alarm, which has interrupted this frame."""
         before, self._call = self._call, call_in(frame)
         if frame is None or self._call is None or self._call is not before:
             self._is_told = False

@@ -180,7 +180,7 @@ class Shell:
     async def accept(self, mission: Mission) -> None:
         """Refuse a mission whose law is not here; the timeline has the reason, which ends the run.
 
-        A law that is here is watched: it may not return.
+        A law that is here is watched, since it may never return.
 
         Raises:
             UsageError: the law is not here, or cannot be loaded.

@@ -2,8 +2,8 @@
 
 Rule 1: it plans only where the path ends. If its body stands elsewhere, it wants a new formation.
 Rule 2: where the only way leads back, it wants the strand to turn round. A tail that leads it out does not
-        turn it round on a cleared map, and makes room before it takes a short step to the goal: that may end
-        in a gap a little too narrow.
+        turn it round on a cleared map. It makes room before it takes a short step to the goal, since that
+        step may end in a gap a little too narrow.
 Rule 3: where it knows no way on, and the strand has lost robots, it wants another robot to lead. The route is
         lost if it is one of the last to lead and, where robots are left out, no body has moved for `GONE_S`
         while it waits. A leader waits first where obstacles may move away.
@@ -262,7 +262,7 @@ class Leading:
         return []
 
     def lose(self, reason: str) -> list[Command]:
-        """The route is lost: say so, once."""
+        """Record once that the route is lost."""
         is_lost, self._lost = self._lost, True
         return [] if is_lost else [Note(RouteLost(reason=reason))]
 

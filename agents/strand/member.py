@@ -5,9 +5,9 @@ Rule 1 (safety, F4 and F5 of docs/strand.md): a robot gives orders and tells lin
 Rule 2 (safety): where obstacles move, a robot looks while it drives (`agents.body.watch`).
 Rule 3 (liveness): the stretch rule. A robot waits while the robot behind, as last heard, is too far behind
         what it has been granted. A robot that backs up does not wait for those that will not come further.
-Rule 4 (liveness): a strand that turns round, dissolves or is left without a way has made an attempt in vain.
-        After `IN_VAIN_MAX` of them without an advance, the leader says with the next one that the route is
-        lost. It does so at once if another robot has made that attempt. To back up is no other attempt.
+Rule 4 (liveness): a strand that turns round, dissolves, or whose leader knows no way has made an attempt in
+        vain. After `IN_VAIN_MAX` of them without an advance, the leader records with the next one that the
+        route is lost; it does so even if another robot has made that one. To back up is no further attempt.
 """
 
 import math
@@ -44,7 +44,7 @@ from protocol.wire.view import Counters, Formation
 RELEASE_SHARE = 0.9  # of the link's length: so that a robot at the limit does not stop and go
 GROWN_M_MIN = 0.1  # of the path, worth telling
 IN_VAIN_MAX = 8  # since the strand last advanced: each attempt may undo what the one before has done
-TOO_OFTEN = "the strand has turned round, dissolved or changed its leader too often in vain"
+TOO_OFTEN = "the strand has turned round, dissolved or known no way too often"
 
 
 class Member:
@@ -159,7 +159,7 @@ class Member:
         counters = replace(counters, steps=max(counters.steps, self._memory.steps))
         match None if reason is None else reason.cause:
             case Cause.NO_WAY:
-                # Each only once, whatever others have told: a message has room for all robots.
+                # Each robot once, whatever others have told: so the message has room for all.
                 last = dict.fromkeys((*counters.last_to_lead, self._robot))
                 in_vain = one_more(counters.in_vain)
                 return replace(counters, in_vain=in_vain, last_to_lead=tuple(last))

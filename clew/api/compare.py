@@ -43,7 +43,7 @@ class Comparison:
     """What differs in what was asked for, as `seed`."""
     steps: tuple[Pair, ...]
     outcomes: tuple[Outcome, ...]
-    """What came of both, figure by figure; none before both have a verdict."""
+    """What came of both, figure by figure; empty until both have a verdict."""
 
     @property
     def first(self) -> Pair | None:

@@ -42,7 +42,7 @@ class Test:
     mistake: str
     """What the test itself does wrong, by its error; empty: it may be right."""
     play: Callable[[frozenset[int], Path], tuple[Fleet, BaseException | None]] | None
-    """Runs it again without these faults, in this folder; returns its fleet, closed, and how it failed.
+    """Runs the test again without these faults, in this folder; returns its closed fleet and how it failed.
     None: it is not to be played again.
     """
 
@@ -101,7 +101,7 @@ def _least(test: Test, fleet: Fleet) -> tuple[Plan, str]:
     if (unsought := _unsought(test, fleet)) is not None:
         return fleet.plan, unsought
     play = test.play
-    assert play is not None, "else none are sought"
+    assert play is not None, "_unsought has said so"
     trials, folders, plans = count(1), fleet.asked.folder.parent, {frozenset[int](): fleet.plan}
 
     def fails(kept: list[int]) -> bool:

@@ -1,7 +1,7 @@
 """What came of two runs, figure by figure, by their verdicts. Pure.
 
-Rule 1: a figure that neither run has is left out, as the distance to moving obstacles where none moves.
-Rule 2: of a robot that died more than once the first death counts.
+Rule 1: a figure that neither run has is left out, such as the distance to moving obstacles where none moves.
+Rule 2: if a robot died more than once, its first death counts.
 """
 
 from collections.abc import Callable, Iterator
@@ -20,14 +20,14 @@ class Outcome:
     measure: str
     """A field of the verdict; or `lost_to_faults`, `noticed_s`, `healed_s`."""
     robot: int | None = None
-    """Whose death it is about."""
+    """The robot whose death it is about, if it is about one."""
     a: Figure
-    """None: this run has none."""
+    """None: this run has no such figure."""
     b: Figure
 
     @property
     def difference(self) -> Figure:
-        """B - A; None: one run has none."""
+        """B - A; None: one run has no such figure."""
         return None if self.a is None or self.b is None else self.b - self.a
 
 
@@ -53,7 +53,7 @@ OF_DEATHS: dict[str, Callable[[Death], Figure]] = {
 
 
 def outcomes(a: Verdict | None, b: Verdict | None) -> tuple[Outcome, ...]:
-    """All figures that one of the runs has; none where one has no verdict."""
+    """All figures that at least one of the runs has; empty if one has no verdict."""
     if a is None or b is None:
         return ()
     return tuple(each for each in _outcomes(a, b) if each.a is not None or each.b is not None)

@@ -151,10 +151,10 @@ class Run:
         return story_of(self._reading.lines).all_steps()
 
     def seen(self, step: int | None = None, *, robot: int | str | None = None) -> Seen:
-        """What the law was given for a switching step, by replay; it, or another law, can be asked with it.
+        """What the law was given for a switching step, by replay; you can call any law with it.
 
         Args:
-            step: the number of the step; default: what it was given last, as where the route was lost.
+            step: the number of the step; default: what it was given last, such as where the route was lost.
             robot: the leader, `1` or `"r1"`, where several robots have planned a step of this number.
 
         Raises:

@@ -31,7 +31,7 @@ class BusyRun(Struct, frozen=True, kw_only=True):
 
 
 def busy_run(verdict: Verdict | None, said: str, *, launcher_s: float) -> BusyRun:
-    """What became of one run; `said`: what the launcher said last."""
+    """What became of one run; `said`: the launcher's last line on stderr."""
     if verdict is None:
         return BusyRun(reason=said, launcher_s=launcher_s)
     return BusyRun(

@@ -31,10 +31,10 @@ class LiveFleet:
     """A fleet of real processes. It must be ended."""
 
     def __init__(self, scenario: Scenario | SharedGround, folder: Path, *, speed: float) -> None:
-        """Start it; its run is `run` in the folder, which is made. Of several fleets each is a strand.
+        """Start it; the new folder gets the run, as `run`. Of several fleets each is a strand.
 
         Raises:
-            UsageError: the folder is there, or cannot be made.
+            UsageError: the folder exists, or cannot be made.
         """
         path, self.out = folder / "queue.toml", folder / "run"
         try:

@@ -185,7 +185,7 @@ class ScaleRun(Struct, frozen=True, kw_only=True):
     speed_reached: float | None
     ticks_late: Late | None
     deaths: int
-    """Nobody kills a robot here: each is one that was declared dead."""
+    """No fault kills a robot here: each of these was living when it was declared dead."""
     sim_s: float
     wall_s: float
     messages_per_s: float

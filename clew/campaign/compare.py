@@ -62,7 +62,7 @@ class Comparison(Struct, frozen=True, kw_only=True):
     only_b: int
     measures: tuple[Compared, ...]
     each: tuple[Paired, ...]
-    """Those first of which B did not arrive, then those for which B took longest against A."""
+    """First those in which B did not arrive, then those in which B took longer than A by most."""
 
 
 @dataclass(frozen=True, slots=True)

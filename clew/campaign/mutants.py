@@ -182,7 +182,7 @@ def outcomes_in(folder: Path, worker: str, first: int, last: int) -> Iterator[Ou
 
 
 def told_in(folder: Path, module: Sequence[str], kind: type[Told]) -> Iterator[Told]:
-    """What this module with its arguments prints, line by line, with the source in the folder."""
+    """Run a module with its arguments, on the source in the folder; yields what each printed line says."""
     with started([sys.executable, "-m", *module], folder) as process:
         assert process.stdout is not None, "opened as a pipe"
         for line in process.stdout:

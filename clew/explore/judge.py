@@ -1,9 +1,9 @@
 """What is asked after every step, from the true state of the world: S1, S2, F1 to F4.
 
 S1, S2: the world's own monitor, in every tick.
-S2, also as soon as an order is accepted: the ground that bodies are ordered to drive over keeps the
+S2 is also judged as soon as an order is accepted: the ground that bodies are ordered to drive over keeps the
     separation from all other hulls, and from the ground that other bodies are ordered to drive over. So no
-    order may rest on a scan, a place or a grant that is not true any more: that is what F5 and F6 are for.
+    order may rest on a scan, a place or a grant that is not true any more; F5 and F6 prevent such orders.
 F1: a body moves only by an order that bears exactly the fence, from a robot and life that the fence names.
 F2: a robot orders motion only under the fence that its newest odometry has told, where that names it.
 F3: the fence goes on by the next turn of its coordinator, or to the next generation, where nobody may move.

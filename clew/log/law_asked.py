@@ -1,8 +1,8 @@
 """What the law of a leader was given when it decided, and what it chose among.
 
-Rule 1: no log has it: it is found by replay, up to the decision, with the law overheard.
-Rule 2: in one decision a law may be asked several times, as a way that is refused is closed; the last time is
-        the one that decided. The map is then as it was.
+Rule 1: no log has it. Replay up to the decision finds it, by listening to what the law is given.
+Rule 2: in one decision a law may be asked several times, since a refused way is closed in the map. The last
+        time is the one that decided, and it is asked with the map as it was then.
 """
 
 import math
@@ -24,7 +24,7 @@ from protocol.timeline import LawFailed, RouteLost, StepPlanned
 from protocol.wire.codec import packed
 from world.record.lines import Line
 
-HEADINGS = 360  # of the steps that are tried where none was left
+HEADINGS = 360  # directions in which a step is tried where the law found none
 
 
 def asked_for(
@@ -48,9 +48,10 @@ def asked_for(
         for index, (source, entry) in enumerate(lines)
         if whose in {None, source} and _asks(entry.record, step)
     ]
-    of_step = "no leader has asked a law" if step is None else f"no leader has planned step {step}"
+    has = "no leader has" if whose is None else f"{whose} has never"
+    of_step = f"{has} asked a law" if step is None else f"{has} planned step {step}"
     if not found:
-        raise UsageError(f"seen: {of_step}" + ("" if whose is None else f" as {whose}"))
+        raise UsageError(f"seen: {of_step}")
     leaders = list(dict.fromkeys(lines[index][0] for index in found))
     if step is not None and len(leaders) > 1:
         raise UsageError(f"seen: {' and '.join(leaders)} have planned step {step}: say which, as robot=...")
@@ -61,7 +62,7 @@ def asked_for(
 
 
 def _asks(record: object, step: int | None) -> bool:
-    """Whether a leader that noted this may have asked its law in the same decision."""
+    """Whether a leader that recorded this may have asked its law in the same decision."""
     match record:
         case StepPlanned(step=number, joins=False):
             return step in {None, number}
@@ -88,7 +89,7 @@ def _given(processes: Sequence[Process], lines: Sequence[Line], index: int) -> S
 
 
 def asked_in(process: Process, turn: int) -> StepPlanned | RouteLost | None:
-    """What a leader noted in this turn, having asked its law: the planned step, or that it knows none."""
+    """What a leader recorded in this turn after it had asked its law: a planned step, or that it has none."""
     for command in process.commands(turn, only=Note):
         match command:
             case Note(StepPlanned(joins=False) as plan):
@@ -115,7 +116,7 @@ def _overheard(core: Robot, process: Process, heard: Input, recorded: bytes) -> 
 
 
 def chosen(seen: Seen, noted_then: StepPlanned | RouteLost) -> str:
-    """What a planned step was chosen among, or what there was where no step was left, in a sentence."""
+    """What a law could choose a planned step from, or what there was where it found none, in a sentence."""
     if isinstance(noted_then, RouteLost):
         return f"{seen.mission.law}: {'; '.join([*_of_the_goal(seen), _of_no_step(seen)])}"
     said = [*_of_the_goal(seen), _of_the_step(seen, noted_then)]

@@ -58,7 +58,7 @@ OF_RUNS = {
 def compare(*, a: Path, b: Path, each: bool, as_json: bool) -> None:
     """Compare two campaigns or two runs, A and B: for example, two laws on the same scenes.
 
-    Of two runs, a live one and its rehearsal for example, it shows what came of them, what was asked
+    Of two runs, for example a live one and its rehearsal, it shows what came of them, what was asked
     differently, and the first switching step that differs.
 
     Of two campaigns, episodes of the same family, scene and seed are paired. Each difference, B - A, has a

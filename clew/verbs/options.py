@@ -54,7 +54,7 @@ class FiniteRange(_OnlyFinite, click.FloatRange):
 
 
 class NamedPath(click.Path):
-    """A path. No empty text, as of a shell's variable that is not set: it would be the present folder."""
+    """A path, not an empty text, as of an unset shell variable: that would be the present folder."""
 
     def convert(
         self, value: str | os.PathLike[str], param: click.Parameter | None, ctx: click.Context | None

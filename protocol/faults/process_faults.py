@@ -77,7 +77,7 @@ class ProcessFaults:
         self.has_points = any(rule.point is not None for rule in self._pending.values())
         """Whether any rule strikes at a point of a robot's step."""
         self.roles = Roles()
-        """Who leads and who coordinates, by the timeline."""
+        """Which robots lead and coordinate, by the timeline."""
         self._down: set[str] = set()
         self.ended = Ended(plan.rules, frozen)
         """Which robots have no process, and what is frozen."""

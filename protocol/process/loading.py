@@ -1,8 +1,8 @@
-"""Ctrl-C while a program starts: it ends the process, without the traceback of an import.
+"""Ctrl-C while a program starts ends the process, without the traceback of an import.
 
-Rule 1: a program may hold interrupts back from its first line on, or be started with SIGINT blocked, as our
-        scripts do: before its first line Python itself would print a traceback, and exit with 1.
-Rule 2: what is held back is heard as soon as something is done that can be interrupted.
+Rule 1: a program may hold SIGINT back from its first line on. Our scripts start it with SIGINT blocked, since
+        before that line Python itself would print a traceback and exit with 1.
+Rule 2: a SIGINT that was held back is heard as soon as work begins that can be interrupted.
 """
 
 import signal
@@ -31,7 +31,7 @@ def hold_interrupts() -> None:
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """In this context SIGINT is heard, also one that was held back; afterwards it is held back as before."""
+    """SIGINT is heard in this context, also one that was held back; after it the mask is as before."""
     before = signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     try:
         yield

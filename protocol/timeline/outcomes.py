@@ -37,14 +37,14 @@ class LawFailed(Kind, frozen=True, kw_only=True, tag="law.failed"):
 
 
 class LawStalled(Kind, frozen=True, kw_only=True, tag="law.stalled"):
-    """A law of a user has not returned for long: until it does, its robot does nothing else.
+    """A law of a user has not returned for a long time; until it does, its robot does nothing else.
 
     It is recorded once for each call, and only in live fleets.
     """
 
     law: Text
-    after_s: Annotated[Seconds, Meta(description="wall clock: for at least so long")]
-    at: Annotated[Text, Meta(description="where it was then, as `mylaw.py:12`")]
+    after_s: Annotated[Seconds, Meta(description="wall clock: it has not returned for at least so long")]
+    at: Annotated[Text, Meta(description="where it was then, such as `mylaw.py:12`")]
 
 
 class PromiseBroken(Kind, frozen=True, kw_only=True, tag="promise.broken"):

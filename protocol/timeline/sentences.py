@@ -121,7 +121,7 @@ SENTENCES: dict[str, str | Callable[[str, Any], str]] = {
     "fence.changed": _fence,
     "goal.reached": "{by} has reached the goal",
     "law.failed": "{by} gets no step: {it.reason}",
-    "law.stalled": "{by} waits for the law {it.law}: for {it.after_s:g} s it has not returned from {it.at}",
+    "law.stalled": "{by} waits for the law {it.law}: no return for {it.after_s:g} s, it is at {it.at}",
     "leader.succeeded": _leader,
     "link.broken": "{by} breaks its link to r{it.neighbour}, silent for {it.silent_s:.1f} s ({it.cause})",
     "link.heard": "{by} hears r{it.neighbour} again",

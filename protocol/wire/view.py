@@ -16,7 +16,7 @@ FORMERS_MAX = 4  # the last three formations, and the draft
 LEG_CORNERS_MAX = 64  # a leg with more corners is planned anew
 PIECE_VERTICES_MAX = 256
 SEEN_BYTES_MAX = 32_768  # half of the size limit of a message
-STRANDED_MAX = 64  # of more robots members are not told: they are let in again some seconds too early
+STRANDED_MAX = 64  # members are told of no more: the rest are let in again some seconds too early
 
 Seen = Annotated[bytes, Meta(max_length=SEEN_BYTES_MAX)]
 Robots = Annotated[tuple[RobotId, ...], Meta(max_length=ROBOTS_MAX)]
@@ -49,9 +49,9 @@ class Counters(Struct, frozen=True, gc=False, kw_only=True):
     steps: Count = 0
     """Switching steps planned so far."""
     in_vain: Count = 0
-    """How often a strand has turned round, dissolved or been left without a way since it last advanced."""
+    """Attempts in vain since a strand advanced: it turned round, dissolved, or its leader knew no way."""
     last_to_lead: Robots = ()
-    """The robots that lead only after all others until then, and the first of them first."""
+    """Until a strand advances, these robots lead only after all others, and in this order."""
     heals: Count = 0
     """How often a strand has formed again after a loss."""
 
@@ -187,7 +187,7 @@ class Formation(Struct, frozen=True, gc=False, kw_only=True, tag="formation"):
     led_by: Annotated[int, Meta(ge=0, le=ROBOTS_MAX)] = 0
     """The leader of the last formation; 0: there was none."""
     stranded: Annotated[tuple[RobotId, ...], Meta(max_length=STRANDED_MAX)] = ()
-    """Robots that found no way to a place in it. All are told: after a turn round another one leads."""
+    """Robots that found no way to a place in it. All members are told, since another one may lead later."""
     map_number: Count = 0
     seen: Seen | None = None
     """The newest map, for the leader."""

@@ -323,7 +323,7 @@ class Arena:
 
     def _watch(self, moves: Moves) -> list[Note]:
         """Rule 3."""
-        is_safe = self.guard.are_safe(self.bodies, moves) and self._monitor.is_calm  # it looks at every tick
+        is_safe = self.guard.are_safe(self.bodies, moves) and self._monitor.is_calm  # asked at every tick
         if is_safe and not self._monitor.movers.names:
             return []
         starts_m, ends_m = self.bodies.place_m, self.bodies.place_m

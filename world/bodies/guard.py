@@ -3,8 +3,8 @@
 Rule 1 (S1): a body is in a free disc, or on a course that is known to be clear. Both follow from the ground
         alone.
 Rule 2 (S2): a body that moves is compared with the bodies that stood near it when all pairs were compared.
-        They are compared again before any body has moved by half of `SLACK_M`, so it looks at every tick. In
-        a small fleet each body is compared with all others, since to compare all pairs is quadratic.
+        All pairs are compared again before any body has moved by half of `SLACK_M`, so the guard is asked at
+        every tick. In a small fleet each body that moves is compared with all others: all pairs cost more.
 Rule 3: in doubt moves are not safe: every limit includes rounding errors.
 """
 
@@ -127,11 +127,11 @@ class Guard:
         self._listed_m = places
         if self._lists_serve(ways):
             return True
-        self._listed_m = []  # in the next tick that body may stand where it is not listed
+        self._listed_m = []  # a body went too far, so that the lists are wrong in the next tick
         return False
 
     def _lists_serve(self, ways: dict[int, Way]) -> bool:
-        """Rule 2; no list serves a body that drives further than that in one tick."""
+        """Rule 2; no list serves a body that drives further than half of `SLACK_M` in one tick."""
         listed_m = self._listed_m
         return bool(listed_m) and all(
             math.dist(listed_m[row], way[:2]) < SLACK_M / 2.0

@@ -68,7 +68,7 @@ class Sensor:
 
 
 def told(ranges_m: Floats) -> tuple[float, ...]:
-    """The recorded ranges of a scan: every n-th ray, with the least n that divides them evenly."""
+    """The ranges of a scan to record: of every n-th ray, with the least n that divides them and fits."""
     return tuple(np.round(ranges_m[:: _stride(len(ranges_m))], 3).tolist())
 
 

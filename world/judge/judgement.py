@@ -78,7 +78,7 @@ class Court:
         further: Sequence[Rule] = (),
         waiting: Sequence[Waiting] = (),
     ) -> None:
-        """`further`: rules that need the scenario; `waiting`: those of them in which checks wait."""
+        """`further`: rules that need the scenario; `waiting`: those of them whose checks may wait."""
         self._evidence, self._claims = evidence, claims = Evidence(), Claims()
         self._numbers = Numbers()
         self._waiting: tuple[Waiting, ...] = (*waiting, claims)
@@ -125,7 +125,7 @@ class Court:
         """No entry follows: the violations that were not certain before.
 
         Args:
-            cut_off: the log ends before its run: what waits for an entry of another source stays undecided.
+            cut_off: the log ends before its run. Checks that wait for another source stay undecided.
         """
         new = [each for rule in self._rules for each in self._note(rule.close())]
         for waiting in () if cut_off else self._waiting:

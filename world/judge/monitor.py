@@ -108,7 +108,7 @@ class Monitor:
             ends_m: likewise.
             t_s: simulated time.
             clear_m: (N,) the `clearance` of these moves, if it is already known.
-            is_safe: whether they certainly break no promise, but maybe that about moving obstacles (rule 2).
+            is_safe: whether they certainly keep all promises, except perhaps that of rule 2.
         """
         from_s, self._watched_s = self._watched_s, t_s
         moved = (starts_m != ends_m).any(axis=1)
@@ -188,7 +188,7 @@ class Monitor:
 
     @property
     def is_calm(self) -> bool:
-        """Whether no promise is broken: then moves may be left out that certainly break none."""
+        """Whether no promise is broken now: then moves that certainly break none may be left out."""
         return not self._broken
 
     def _judge_clearance(self) -> list[PromiseBroken]:

@@ -78,7 +78,7 @@ class Tally:
     struck: set[str] = field(default_factory=set)
     """The rules of fault plans that struck at least once."""
     stopped: dict[int, str] = field(default_factory=dict)
-    """The robots that a fault has stopped, with its kind: `freeze` until a thaw, or `kill`."""
+    """The robots that a fault has stopped, and by what: `freeze` (until a thaw) or `kill`."""
     world_down: FaultInjected | None = None
     """The fault that ended or froze the world's process; None: that runs, or does again."""
     _voices: Voices = field(default_factory=Voices)
@@ -128,7 +128,7 @@ class Tally:
             self._remove((injected.key, source), injected.number, injected.fault)
 
     def _stop(self, robot: int | None, fault: str) -> None:
-        """A fault has struck a process. One that it has killed is thawed in vain."""
+        """A fault has struck a process. To thaw a killed one changes nothing."""
         if robot is not None and fault in ORDERED and self.stopped.get(robot) != KILLED:
             self.stopped[robot] = fault
         elif fault == THAWED and self.stopped.get(robot or 0) != KILLED:

@@ -10,7 +10,7 @@ Rule 4: the way ends at a scan, a liveliness token, the start, the operator, or 
         come; it says so where a journal is missing.
 Rule 5: what no input explains, silence or a place that a robot has not got, is explained as
         `clew.log.journals.explained` says; the way begins there.
-Rule 6: where a leader has planned a step in a decision, or knew none, the way names what its law had.
+Rule 6: where a leader planned a step in a decision, or knew none, the way has what its law could choose from.
 Rule 7: a robot watches all tokens because it coordinates a view: that leads to how it joined the view.
 """
 

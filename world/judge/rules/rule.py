@@ -32,9 +32,9 @@ class Waiting(Protocol):
     """Keeps checks that wait for entries of other sources."""
 
     def decide(self) -> Iterable[Dated]:
-        """The run is over, and rules are closed: the violations of all that still waits.
+        """The run is over, and rules are closed: the violations of all checks that still wait.
 
-        Of a log that ends before its run this is not asked: what is awaited may only not have been written.
+        It is not called if the log ends before its run: then an awaited entry may just not be written.
         """
         ...
 

@@ -111,7 +111,7 @@ class Clearances:
             yield from self._measure(t_s, robot)
 
     def decide(self) -> Iterator[Dated]:
-        """The run is over: the steps whose plan has never come."""
+        """The run is over: judge the steps whose plan has never come."""
         for (robot, *_), (began_s, ended_s, _) in self._kept.items():
             if self._died_s.get(robot, -math.inf) < began_s:
                 yield ended_s, broken("S4", robot, UNPROMISED)

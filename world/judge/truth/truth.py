@@ -16,7 +16,7 @@ BY_FORMATION = LeaderSucceeded | StrandFormed | StrandHealed
 
 
 class Truth:
-    """What robots record: a rule of the judge, in which checks wait."""
+    """What robots record: a rule of the judge, whose checks may wait for other entries."""
 
     kinds = frozenset[type](get_args(Record))
 

@@ -101,7 +101,7 @@ def test_in_a_notebook_it_is_a_line(grove: clew.Run) -> None:
 def test_a_step_that_nobody_planned_is_refused(grove: clew.Run) -> None:
     with pytest.raises(clew.UsageError, match=r"^seen: no leader has planned step 99$"):
         grove.seen(99)
-    with pytest.raises(clew.UsageError, match=r"^seen: no leader has planned step 1 as r2$"):
+    with pytest.raises(clew.UsageError, match=r"^seen: r2 has never planned step 1$"):
         grove.seen(1, robot=2)
 
 
