@@ -10,6 +10,7 @@ from protocol.timeline import (
     StepAbandoned,
     StepFinished,
     StepPlanned,
+    StrandFormed,
     StrandReversed,
     ViewProposed,
 )
@@ -45,6 +46,8 @@ class Attempt:
             case StrandReversed():
                 self.turns += 1
                 self._back_s = entry.t_s
+            case StrandFormed():
+                self.goal_reached = False
             case GoalReached():
                 self.goal_reached = True
             case StepPlanned(joins=False) as step:

@@ -86,8 +86,10 @@ class Tally:
     """When robots that had arrived were bound in another view, or were in another strand."""
     _left_s: defaultdict[int, list[float]] = field(default_factory=lambda: defaultdict(list))
     """When robots had a turn, or were in another strand: from then on they may have left their places."""
+    order: tuple[int, ...] = ()
+    """The robots of the newest formation."""
     _formed: int = 0
-    """The epoch of the newest formation."""
+    """Its epoch."""
     _left_out: frozenset[int] = frozenset()
     """The robots that the newest formation has no way for, if nothing has happened since."""
     removed: defaultdict[Book, Counter[str]] = field(default_factory=lambda: defaultdict(Counter))
@@ -190,8 +192,8 @@ class Tally:
                 self.arrived_s = max(self.arrived_s, entry.t_s)
             case StrandJoined() | ViewJoined() as bound:
                 self._bind(robot, entry.t_s, stands=isinstance(bound, ViewJoined))
-            case StrandFormed(epoch=epoch):
-                self._form(epoch, entry.t_s)
+            case StrandFormed() as formed:
+                self._form(formed, entry.t_s)
             case RobotStranded() as stranded if stranded.epoch >= self._formed:
                 self._strand(stranded, entry.t_s)
             case LinkBroken():
@@ -229,11 +231,13 @@ class Tally:
         self.stranded[stranded.robot] = replace(stranded, by=by)
         self.stranded_s = max(self.stranded_s, t_s)
 
-    def _form(self, epoch: int, t_s: float) -> None:
+    def _form(self, formed: StrandFormed, t_s: float) -> None:
         """A formation has been made: it takes in those that were stranded before, or says so again."""
-        if epoch > self._formed:
-            self._formed, self.stranded_s = epoch, max(self.stranded_s, t_s)
-            self.stranded = {robot: each for robot, each in self.stranded.items() if each.epoch >= epoch}
+        if formed.epoch > self._formed:
+            self._formed, self.order, self.stranded_s = formed.epoch, formed.order, max(self.stranded_s, t_s)
+            self.stranded = {
+                robot: each for robot, each in self.stranded.items() if each.epoch >= formed.epoch
+            }
             before, self._left_out = self._left_out, frozenset(self.stranded)
             self.stranded_again = self.arrived_s > 0.0 and bool(before) and before == self._left_out
 

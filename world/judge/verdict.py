@@ -90,8 +90,12 @@ class Facts:
 
     @property
     def arrived(self) -> set[int]:
-        """The living robots that recorded their arrival, and never an untrue one."""
-        return (self.tally.arrived & self.living) - self.judgement.untrue
+        """The living robots that recorded their arrival, and never an untrue one.
+
+        Without a goal there is no place but that in the newest strand: another one may have ended elsewhere.
+        """
+        there = self.living if self.scenario.goal is not None else self.living.intersection(self.tally.order)
+        return (self.tally.arrived & there) - self.judgement.untrue
 
 
 class Verdict(Struct, frozen=True, kw_only=True):

@@ -15,6 +15,7 @@ from protocol.timeline import (
     ViewProposed,
 )
 from tests.support.planned import planned
+from tests.support.strands import formed
 from world.judge.attempt import Attempt
 
 STEP = replace(planned(7), cost_to_go_m=4.25)
@@ -53,6 +54,10 @@ TRIED: dict[str, tuple[list[Record], str]] = {
     "places behind the leader": (
         [STEP, END, GOAL],
         "the leader had reached the goal, and others were on the way to their places",
+    ),
+    "a strand after the goal of another one": (
+        [STEP, END, GOAL, formed(20003, 1, 2), STEP],
+        "r1 was driving step 7, which ends about 4.2 m before the goal",
     ),
 }
 

@@ -1,5 +1,6 @@
 import re
 from collections.abc import Sequence
+from typing import Any
 
 import pytest
 from msgspec.structs import replace as with_fields
@@ -70,9 +71,10 @@ def verdict(
     lost: int = 0,
     disagreements: tuple[str, ...] = (),
     living: frozenset[int] = frozenset({1, 2}),
+    known: Scenario | None = None,
 ) -> Verdict:
     facts = Facts(
-        scenario=scenario(),
+        scenario=known or scenario(),
         seed=1,
         speed=None,
         started_at="2026-11-20T00:00:00+00:00",
@@ -272,6 +274,19 @@ def test_a_robot_that_was_bound_before_the_end_has_arrived_also_if_that_is_heard
     assert tally.arrived == {1, 2}
     tally.hear("r1", Entry(n=101, t_s=9.7, hlc="", record=StrandJoined(epoch=20_002, rank=1)))
     assert tally.arrived == {2}
+
+
+@pytest.mark.parametrize(
+    ("goal", "arrived"), [({"at_m": [4.0, 0.0], "tolerance_m": 0.1}, 2), (None, 1)], ids=["a goal", "none"]
+)
+def test_a_robot_that_arrived_in_an_older_strand_counts_only_where_there_is_a_goal_to_be_at(
+    goal: dict[str, Any] | None, arrived: int
+) -> None:
+    """In swarm 264 without its goal, a robot that led itself alone had "arrived" 9 m from all others."""
+    known = scenario() if goal is None else scenario(goal=goal)
+    later = [(source, 9.6, record) for source, record in strand(20_001, 1)]
+    lines = [*ALL_WELL, *later, ("r1", 9.7, RobotArrived(progress_m=2.0))]
+    assert verdict(lines, known=known, ending=Ending.TIMED_OUT).robots_arrived == arrived
 
 
 def test_every_scan_is_one_planning_event_with_any_number_of_revolutions() -> None:
