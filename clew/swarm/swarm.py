@@ -87,7 +87,7 @@ def draw(seed: int) -> Swarm:
         seed, [each for each in INDEPENDENT if draws.chance(ON)] or [draws.pick(INDEPENDENT)]
     )
     hides = FaultClass.HIDDEN_BODY in classes and Draws(seed, "swarm/hides").chance(HIDDEN_IN_QUEUE)
-    ground, world = draw_world(seed, time_s_max=time_s_max, queue=hides, walkers=is_safety and not hides)
+    ground, world = draw_world(seed, time_s_max=time_s_max, queue=hides, must_arrive=not is_safety)
     robots = int(world["fleet"]["robots"])
     window = Window(robots, None if is_safety else quiet_s)
     rules = [rule for each in classes for rule in draw_rules(each, Draws(seed, f"swarm/{each}"), window)]

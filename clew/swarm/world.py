@@ -29,6 +29,9 @@ SHORT_RANGE_M = 1.2  # a leader that sees no further drives into a pocket
 OTHER_SEPARATIONS_M = (0.02, 0.1)  # less and more than epsilon
 OTHER_SEPARATION = 0.2  # of all seeds
 WALKER = 0.2  # of the seeds with a walker where one is allowed
+NO_GOAL = (
+    0.2  # of the seeds in which nobody has to arrive: the leader then takes the widest gap, step by step
+)
 WALKER_M = 0.2  # the radius of a person, as in `launch/scenarios/pedestrian.toml`
 WALKER_AWAY_M = 1.0  # from every robot, at first
 WALKER_MPS = (0.1, 0.4)  # slower than the robots
@@ -51,7 +54,7 @@ SHARES = (Ground.OPEN,) * 6 + (Ground.SCATTERED,) * 7 + (Ground.CORRIDORS,) * 3 
 
 
 def draw_world(
-    seed: int, *, time_s_max: float, queue: bool = False, walkers: bool = False
+    seed: int, *, time_s_max: float, queue: bool = False, must_arrive: bool = True
 ) -> tuple[Ground, dict[str, Any]]:
     """A world, as in a scenario file.
 
@@ -59,7 +62,7 @@ def draw_world(
         seed: decides all that is drawn.
         time_s_max: how long a run may last.
         queue: whether it is to be open, and to have the largest number of robots.
-        walkers: whether somebody may walk about in it.
+        must_arrive: whether the robots are to come to a goal, past nobody who walks about.
     """
     draws = Draws(seed, "swarm/world")
     ground = Ground.OPEN if queue else draws.pick(SHARES)
@@ -75,9 +78,12 @@ def draw_world(
         raw["sensor"]["range_m_max"] = SHORT_RANGE_M
     if ground is Ground.SCATTERED:
         raw = deployed(raw | {"fleet": raw["fleet"] | {"deployment": "random"}}, seed=seed, source=SOURCE)
-    walks = Draws(seed, "swarm/walker")
-    if walkers and walks.chance(WALKER):
+    if must_arrive or queue:
+        return ground, raw
+    if (walks := Draws(seed, "swarm/walker")).chance(WALKER):
         raw["moving"] = [_walker(raw, walks, time_s_max)]
+    if Draws(seed, "swarm/goal").chance(NO_GOAL):
+        del raw["goal"]
     return ground, raw
 
 

@@ -44,7 +44,7 @@ def test_every_class_ground_and_mode_is_drawn_and_each_class_is_off_in_some_seed
     assert {swarm.mode for swarm in drawn.values()} == set(Mode)
 
 
-def test_some_worlds_have_another_separation_and_a_walker_comes_only_where_nobody_has_to_arrive(
+def test_some_worlds_have_another_separation_and_some_where_nobody_has_to_arrive_a_walker_or_no_goal(
     drawn: dict[int, Swarm],
 ) -> None:
     """Who walks in the way for good would excuse every fleet that does not arrive."""
@@ -53,7 +53,9 @@ def test_some_worlds_have_another_separation_and_a_walker_comes_only_where_nobod
     assert separations_m.count(0.05) > len(separations_m) / 2
     walked = [swarm for swarm in drawn.values() if swarm.scenario.moving]
     assert 2 <= len(walked) < len(drawn) / 4
-    assert {swarm.mode for swarm in walked} == {Mode.SAFETY}
+    astray = [swarm for swarm in drawn.values() if swarm.scenario.goal is None]
+    assert 2 <= len(astray) < len(drawn) / 4
+    assert {swarm.mode for swarm in (*walked, *astray)} == {Mode.SAFETY}
 
 
 def test_every_drawn_plan_fits_its_fleet(drawn: dict[int, Swarm]) -> None:
