@@ -84,7 +84,7 @@ def test_a_law_that_raises_is_told_of_where_it_is_asked_again(tmp_path: Path) ->
         (at_the_nearest, "grove", 1, "no_route: the leader lost its route", 1),
         *long(
             [
-                (at_random, "grove", 3, "no_route: the leader lost its route", 8),
+                (at_random, "grove", 1, "no_route: the leader lost its route", 8),
                 (at_random, "paper", 1, "every living robot has arrived", 10),  # without a goal
             ]
         ),
