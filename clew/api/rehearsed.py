@@ -16,11 +16,11 @@ from clew.fleet.folder import RUNS, folder_name, new_folder
 from clew.log.timeline import is_integer
 from clew.rehearsal.processes import check_rehearsable
 from clew.rehearsal.recorded import Recorded
+from clew.swarm.plans import plan_for
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.fit import check_fits
 from protocol.faults.plan import Plan
-from protocol.faults.plan import load as load_plan
 from protocol.faults.rules import Rule
 from protocol.files.reading import understand
 from protocol.run_settings import Settings
@@ -29,7 +29,7 @@ from world.record.lines import Line
 from world.scenario.scenario import Scenario, load
 
 Faults = Iterable[Rule] | str | Path
-"""Rules; or a plan, by its name in `launch/faults/` or its file."""
+"""Rules; or a plan, by its name in `launch/faults/` or its file; or `drawn`: by the seed."""
 
 
 def rehearse(
@@ -56,7 +56,8 @@ def rehearse(
         law: its name, or `FILE.py:NAME`, instead of the scenario's.
         deployment: `random`, instead of the scenario's places.
         time_s_max: simulated time after which the run fails, instead of the scenario's.
-        faults: rules, as `clew.drop("ahead", p=0.3)`; or a plan: a name in `launch/faults/`, or a file.
+        faults: rules, as `clew.drop("ahead", p=0.3)`; or a plan: a name in `launch/faults/`, or a file; or
+            `drawn`: what the seed draws.
         out: the run's folder, new or empty; default: a new one in `runs/`.
 
     Raises:
@@ -115,12 +116,13 @@ def asked_of(
         raw["time"]["time_s_max"] = scenario.time.time_s_max if time_s_max is None else time_s_max
         scenario = understand(raw, Scenario, scenario.name)
     folder = _new_folder(scenario) if out is None else path_of("out", out, "a folder")
-    return Asked(scenario=scenario, seed=settings.seed, folder=folder, rules=_rules(faults, scenario))
+    rules = _rules(faults, scenario, settings.seed)
+    return Asked(scenario=scenario, seed=settings.seed, folder=folder, rules=rules)
 
 
-def _rules(faults: object, scenario: Scenario) -> tuple[Rule, ...]:
+def _rules(faults: object, scenario: Scenario, seed: int) -> tuple[Rule, ...]:
     if isinstance(faults, str | Path):
-        plan = load_plan(str(faults))
+        plan = plan_for(str(faults), robots=scenario.fleet.robots, seed=seed)
         check_fits(plan, robots=scenario.fleet.robots, source=str(faults))
         return plan.rules
     given = tuple(faults) if isinstance(faults, Iterable) else (faults,)

@@ -32,6 +32,7 @@ from clew.campaign.families import Figures, by_family, figures_of
 from clew.campaign.scenes import Scene, check_widest, find_scenes, tighten
 from clew.coverage.counters import uncovered
 from clew.swarm.futures import draw_future, read_branches
+from clew.swarm.plans import DRAWN
 from clew.swarm.swarm import draw
 from protocol.errors import UsageError
 from protocol.faults import plan as plans
@@ -59,7 +60,7 @@ class Request:
     time_s_max: float | None
     tight: float | None
     faults: str | None
-    """A fault plan, or `swarm`; with `swarm` there are no roots."""
+    """A fault plan, `drawn` or `swarm`; with `swarm` there are no roots."""
     guided: bool = False
     """Whether each seed of a swarm is searched for futures (`clew.guided`)."""
     future: str | None = None
@@ -264,7 +265,9 @@ def _key(scene: Scene, seed: int, request: Request, plan: bytes, source_hash: st
 
 def _plan_bytes(faults: str | None) -> bytes:
     """The content of the fault plan: the same plan under another name has the same outcome."""
-    return b"" if faults is None else msgspec.json.encode(plans.load(faults))
+    if faults is None or faults == DRAWN:  # what a seed draws, our source decides
+        return (faults or "").encode()
+    return msgspec.json.encode(plans.load(faults))
 
 
 def _play(

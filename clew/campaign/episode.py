@@ -27,8 +27,8 @@ from clew.rehearsal.endless_law import law_in
 from clew.rehearsal.recorded import EPOCH, verdict_on
 from clew.rehearsal.rehearsal import Rehearsal
 from clew.swarm.futures import draw_future, read_branches
+from clew.swarm.plans import DRAWN, plan_for
 from clew.swarm.swarm import Mode, Swarm, draw
-from protocol.faults import plan as plans
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.timeline import FaultInjected, LawFailed, RobotFailed
 from world.judge.ending import Ending
@@ -70,7 +70,7 @@ class Episode(Struct, frozen=True, kw_only=True):
     family: str
     seed: int
     faults: str | None = None
-    """A fault plan, or `swarm`."""
+    """A fault plan, `drawn` or `swarm`."""
     robots: int | None
     robots_left_out: int
     law: str | None
@@ -225,13 +225,14 @@ def set_stage(episode: Episode) -> Stage:
         time_s_max=episode.time_s_max,
         seed=episode.seed,
     )
-    return Stage(scenario, NO_FAULTS if episode.faults is None else plans.load(episode.faults))
+    return Stage(scenario, plan_for(episode.faults, robots=scenario.fleet.robots, seed=episode.seed))
 
 
 def outcome_of(episode: Episode, stage: Stage, rehearsal: Rehearsal, *, wall_s: float) -> Outcome:
     """The outcome of a rehearsal that has been judged."""
     verdict, world = verdict_on(rehearsal, episode.seed, started_at=EPOCH, wall_s=wall_s), rehearsal.world
-    has_way = solvable(episode.widest_path_radius_m, world.scenario)
+    lasting = episode.faults == DRAWN  # faults up to the end, with which nobody has to arrive
+    has_way = None if lasting else solvable(episode.widest_path_radius_m, world.scenario)
     no_route = world.ending is Ending.ROUTE_LOST
     least_m = verdict.clearance_m_min
     expected = verdict.robots if stage.plan is NO_FAULTS else len(world.survivors)

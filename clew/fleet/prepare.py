@@ -17,11 +17,11 @@ from msgspec.structs import replace
 
 from clew.fleet.folder import LATEST, RUNS, drop_folder, folder_name, make_folder
 from clew.fleet.request import MIB_BYTES, Request
+from clew.swarm.plans import plan_for
 from protocol import laws
 from protocol.errors import UsageError
 from protocol.faults.fit import check_fits
-from protocol.faults.plan import NO_FAULTS, Plan
-from protocol.faults.plan import load as load_plan
+from protocol.faults.plan import Plan
 from protocol.faults.process_commands import PIPE
 from protocol.faults.rules import ROUTER, ProcessRule
 from protocol.files.writing import make_folder as make_private
@@ -139,7 +139,8 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
     scenario = _load(request)
     several = isinstance(scenario, SharedGround)
     fleets = scenario.scenarios() if isinstance(scenario, SharedGround) else {FLEET: scenario}
-    plan = NO_FAULTS if request.faults is None else load_plan(request.faults)
+    robots = min(each.fleet.robots for each in fleets.values())
+    plan = plan_for(request.faults, robots=robots, seed=request.seed)
     for each in fleets.values():
         laws.find(each.law.law)  # before anything starts: each robot would refuse the mission
         check_fits(plan, robots=each.mission().robots, source=request.faults)

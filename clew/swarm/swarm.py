@@ -11,6 +11,7 @@ Rule 4: in some seeds an adversary plays: one or two classes whose faults lie ar
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import lru_cache
@@ -83,14 +84,12 @@ def draw(seed: int) -> Swarm:
     quiet_s = draws.between(*QUIET_S)
     is_safety = mode is Mode.SAFETY
     time_s_max = SAFETY_S if is_safety else round(quiet_s + HEAL_S_MAX + ARRIVE_S, 3)
-    classes = _with_adversary(
-        seed, [each for each in INDEPENDENT if draws.chance(ON)] or [draws.pick(INDEPENDENT)]
-    )
+    classes = _draw_classes(seed, draws)
     hides = FaultClass.HIDDEN_BODY in classes and Draws(seed, "swarm/hides").chance(HIDDEN_IN_QUEUE)
     ground, world = draw_world(seed, time_s_max=time_s_max, queue=hides, must_arrive=not is_safety)
     robots = int(world["fleet"]["robots"])
     window = Window(robots, None if is_safety else quiet_s)
-    rules = [rule for each in classes for rule in draw_rules(each, Draws(seed, f"swarm/{each}"), window)]
+    rules = _draw_rules(seed, classes, window)
     outside: frozenset[int] = frozenset()
     if not is_safety:
         has_outside = robots >= 4 and draws.chance(OUTSIDE_SHARE)
@@ -108,6 +107,26 @@ def draw(seed: int) -> Swarm:
         quiet_s=math.inf if is_safety else quiet_s + SOON_S,
         outside=outside,
     )
+
+
+def draw_faults(seed: int, robots: int) -> Plan:
+    """Faults of any kind up to the end, as in safety mode, for a world that no seed draws."""
+    classes = _draw_classes(seed, Draws(seed, "swarm/faults"))
+    return Plan(
+        name=f"drawn-{seed}",
+        description=f"drawn by seed {seed}: {', '.join(classes)}",
+        rules=tuple(_draw_rules(seed, classes, Window(robots, None))),
+    )
+
+
+def _draw_classes(seed: int, draws: Draws) -> list[FaultClass]:
+    return _with_adversary(
+        seed, [each for each in INDEPENDENT if draws.chance(ON)] or [draws.pick(INDEPENDENT)]
+    )
+
+
+def _draw_rules(seed: int, classes: Iterable[FaultClass], window: Window) -> list[Rule]:
+    return [rule for each in classes for rule in draw_rules(each, Draws(seed, f"swarm/{each}"), window)]
 
 
 def _with_adversary(seed: int, independent: list[FaultClass]) -> list[FaultClass]:

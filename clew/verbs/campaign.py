@@ -47,7 +47,9 @@ REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
     help="Give each scene a robot whose r + epsilon is this share of the scene's widest path.",
 )
 @click.option(
-    "--faults", metavar="PLAN|swarm", help="Fault plan; swarm: each seed draws its own world and faults."
+    "--faults",
+    metavar="PLAN|drawn|swarm",
+    help="Fault plan; drawn: each seed draws its own faults; swarm: also its own world.",
 )
 @click.option(
     "--guided", is_flag=True, help="With swarm: search each seed for futures that reach something new."

@@ -193,7 +193,7 @@ FAULTS = click.option(
     "--faults",
     metavar="PLAN",
     shell_complete=_complete("faults"),
-    help="Fault plan: a name in launch/faults/, or a .toml file.",
+    help="Fault plan: a name in launch/faults/, a .toml file, or drawn: by the seed.",
 )
 SPEED = click.option(
     "--speed",

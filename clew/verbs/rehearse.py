@@ -22,8 +22,6 @@ from clew.verbs.options import (
 )
 from clew.verbs.say import warn
 from protocol.errors import UsageError
-from protocol.faults.plan import NO_FAULTS
-from protocol.faults.plan import load as load_plan
 
 
 @click.command()
@@ -67,11 +65,11 @@ def rehearse(
     from clew.rehearsal.fleets import rehearse_fleets
     from clew.rehearsal.processes import check_rehearsable
     from clew.rehearsal.recorded import rehearse as rehearse_into
+    from clew.swarm.plans import plan_for
     from world.judge.verdict import VERDICT_FILE
     from world.scenario.fleets import has_several, load_fleets
     from world.scenario.scenario import load
 
-    plan = NO_FAULTS if faults is None else load_plan(faults)
     if has_several(scenario):
         if deployment is not None:
             raise UsageError("--deployment: is for a scenario with one fleet")
@@ -82,6 +80,7 @@ def rehearse(
             scenario, robots=robots, law=law, deployment=deployment, time_s_max=time_s_max, seed=seed
         )
         shared, name, missions = None, loaded.name, [loaded.mission()]
+    plan = plan_for(faults, robots=min(each.robots for each in missions), seed=seed)
     for mission in missions:
         check_rehearsable(plan, mission, faults)
     folder = out or RUNS / folder_name(datetime.now(UTC), name, secrets.token_hex(2))
