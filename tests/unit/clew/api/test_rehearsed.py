@@ -220,7 +220,7 @@ def test_a_wrong_stage_speed_or_scenario_is_refused(tmp_path: Path) -> None:
         rehearse(load("grove"), law="printed")
     with pytest.raises(UsageError, match=r"\$.fleet.robots: must be >= 1, got 0"):
         rehearse(scenario(), robots=0)
-    with pytest.raises(UsageError, match=r"speed: must be max or a number in \(0, 1000\], got fast"):
+    with pytest.raises(UsageError, match=r"speed: must be max or a number in \(0, 1000\], got 'fast'"):
         launch("grove", speed="fast", out=tmp_path)  # type: ignore[arg-type] # as it may be given
 
 
