@@ -1,5 +1,6 @@
 """A fleet in virtual time: waits, faults while it goes on, and the plan that they make."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -112,6 +113,14 @@ def test_a_fleet_that_never_begins_leaves_nothing(fleet: Fleet) -> None:
         with pytest.raises(UsageError, match="the fleet was ended before it began"):
             late()
     assert not fleet.asked.folder.exists()
+
+
+@pytest.mark.parametrize("timeout_s", [-1, math.nan, "soon", None])
+def test_a_time_that_nobody_can_wait_is_a_mistake_of_the_test_and_no_finding(
+    fleet: Fleet, timeout_s: float
+) -> None:
+    with fleet, pytest.raises(UsageError, match=r"timeout_s: must be >= 0 .simulated s., got"):
+        fleet.until("step.planned", timeout_s=timeout_s)
 
 
 def test_what_a_live_fleet_refuses_a_rehearsed_one_refuses(fleet: Fleet) -> None:
