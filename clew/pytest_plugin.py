@@ -61,6 +61,8 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
                 metafunc.definition.nodeid, f"seeds must be a list or a range, got {asked['seeds']!r}"
             )
         seeds: Sequence[int] = list(asked["seeds"]) if only is None else [only]
+        if not seeds:  # pytest would skip the test
+            raise _refusal(metafunc.definition.nodeid, f"seeds must not be empty, got {asked['seeds']!r}")
         metafunc.parametrize("clew_seed", seeds, ids=[f"seed={seed}" for seed in seeds])
 
 

@@ -43,7 +43,7 @@ class Answers:
     _answered_wall_s: dict[int, float] = field(default_factory=dict)
 
     def begin(self, robots: Iterable[int], *, wall_s: float) -> None:
-        """The clock starts: robots owe answers from now on."""
+        """The clock starts: answers are awaited from now on."""
         self._answered_wall_s = dict.fromkeys(robots, wall_s)
 
     def tell(self, robot: int, now_s: float) -> None:

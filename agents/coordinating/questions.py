@@ -26,7 +26,7 @@ class _Asked:
     at: Pose
     """Where the robot that is asked stands."""
     since_s: float
-    """Since when the robot has owed an answer."""
+    """Since when its answer has been awaited."""
     turn: int
     """The newest turn that had been put."""
 

@@ -22,6 +22,11 @@ class Ground:
     """The last reported position of the robot directly behind."""
 
     @property
+    def come(self) -> Floats:
+        """The whole path (n, 2), over which the strand has come."""
+        return self.path.between(0.0, self.path.end_m)
+
+    @property
     def occupied(self) -> Floats:
         """The ground where robots behind may be now (n, 2), for guidance: hits on it are not remembered.
 

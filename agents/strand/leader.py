@@ -99,8 +99,6 @@ class Leader:
         """The way on from the end of the newest step, which robots behind have to leave free (rule 8)."""
         self._keeps_way_free = False
         """Whether robots behind have once kept it from a turn."""
-        self._path = xy(start)[None]
-        """The corners of the strand's path (n, 2), for laws."""
         self._failure: str | None = None
         self._bodies_may_move = False
         self._brief: Leader | None = None
@@ -162,7 +160,6 @@ class Leader:
             may_forget: whether the map may be cleared (rule 5).
             all_stand: whether what was in the way has not gone for a while.
         """
-        self._path = ground.path.between(0.0, ground.path.end_m)
         self._bodies_may_move |= bodies_may_move
         self._may_forget = may_forget
         self.onward = ()
@@ -175,7 +172,7 @@ class Leader:
         walls = self._walls(scan_walls(view, self._mission), ground)
         step: Step | Plan
         if self._goal is None or not self._mission.promises_clearance:
-            step = self._step_on(sight, walls)
+            step = self._step_on(sight, walls, ground)
         else:
             # For guidance alone, which only ranks: the certificate takes no hit for a robot.
             known = view.without_on([ground.occupied], within_m=self._mission.hull_reach_m)
@@ -192,7 +189,6 @@ class Leader:
 
     def brief_step(self, goal: Floats, view: View, known: Map, ground: Ground) -> Step | LookCloser | None:
         """Rule 6: a step that is driven by moments, with what another leader's map knows."""
-        self._path = ground.path.between(0.0, ground.path.end_m)
         self.map.forget()
         self.map.remember(known.hits)
         walls = self._walls(scan_walls(view, self._mission), ground)
@@ -220,19 +216,20 @@ class Leader:
         sides = [] if bounds is None else [bounds_walls(bounds, self._mission)]
         return Walls.joined(shown, *behind, *sides)
 
-    def _ask(self, sight: Sight, walls: Walls, ways: Callable[[], CostToGo] | None = None) -> Step | Refused:
+    def _ask(
+        self, sight: Sight, walls: Walls, ground: Ground, ways: Callable[[], CostToGo] | None = None
+    ) -> Step | Refused:
         """Ask the law of the mission; the robot's process has loaded it before."""
-        seen = Seen(
-            sight, walls, self._mission, self._onward_rad, self._steps, self.map.hits, self._path, ways
-        )
+        come = ground.come
+        seen = Seen(sight, walls, self._mission, self._onward_rad, self._steps, self.map.hits, come, ways)
         said = asked(find(self._mission.law), seen)
         if isinstance(said, Refused) and said.why is Why.FAILED:
             self._failure = said.reason
         return said
 
-    def _step_on(self, sight: Sight, walls: Walls) -> Step | NoStep | Crossed:
+    def _step_on(self, sight: Sight, walls: Walls, ground: Ground) -> Step | NoStep | Crossed:
         """Without a goal, or a certificate: if no step is left and the way is open, it has crossed."""
-        step = self._ask(sight, walls)
+        step = self._ask(sight, walls, ground)
         if isinstance(step, Step):
             return step
         proposes_nothing = self._mission.promises_clearance and step.why is Why.NOTHING
@@ -249,7 +246,7 @@ class Leader:
         reason = ""
         for _ in range(SPOTS_MAX):
             ways = cache(partial(self._cost_to_go, goal, ground.taken, origin=view.position))
-            step = self._ask(sight, walls, ways)
+            step = self._ask(sight, walls, ground, ways)
             if isinstance(step, Step):
                 self.onward = self._way_on(step.target(view.position), ways, ground.keep_m)
                 return step
@@ -277,18 +274,18 @@ class Leader:
         if (short := self._short_step(sight, ground, ways)) is not None:
             self.onward = self._way_on(short.target(sight.view.position), ways, ground.keep_m)
             return short
-        if not self._is_held(sight, ways):
+        if not self._is_held(sight, ground, ways):
             return None
         back = self._turn_back(goal, sight.view, ground, settled=settled)
         self._keeps_way_free = isinstance(back, DeadEnd)
         return back
 
-    def _is_held(self, sight: Sight, ways: Callable[[], CostToGo]) -> bool:
+    def _is_held(self, sight: Sight, ground: Ground, ways: Callable[[], CostToGo]) -> bool:
         """Whether only ground that is granted refuses all steps, for the first time (rule 8)."""
         if self._world_changes or self._keeps_way_free:
             return False
         alone = self._walls(scan_walls(sight.view, self._mission))
-        return isinstance(self._ask(sight, alone, ways), Step)
+        return isinstance(self._ask(sight, alone, ground, ways), Step)
 
     def _way_on(self, place: Floats, ways: Callable[[], CostToGo], keep_m: float) -> tuple[Place, ...]:
         """The way on from a place that robots behind have to leave free (rule 8)."""
@@ -302,7 +299,7 @@ class Leader:
         if self._world_changes or sight.view.earlier:
             return None
         walls = self._walls(short_step_walls(sight.view, self._mission), ground)
-        step = self._ask(sight, walls, ways)
+        step = self._ask(sight, walls, ground, ways)
         if not isinstance(step, Step):
             return None
         return replace(step, length_m=min(step.length_m, short_step_m(self._mission)), cost_to_go_m=None)
@@ -331,7 +328,7 @@ class Leader:
         alone = self._walls(scan_walls(view, self._mission))
         cost_to_go = self._cost_to_go(goal, np.empty((0, 2)))
         # The leader can go back the way it came, even if hulls stand all around it now.
-        come_m = cost_to_go.at(ground.path.between(0.0, ground.path.end_m))
+        come_m = cost_to_go.at(ground.come)
         if not len(ground.taken) or not (has_way(view, alone, cost_to_go) or np.isfinite(come_m).any()):
             return self._no_way(NO_WAY.reason)
         if not settled:

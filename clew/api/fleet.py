@@ -21,7 +21,7 @@ from clew.api import faults
 from clew.api.entries import Entry
 from clew.api.faults import When, Who
 from clew.api.run import EndedRun, Run
-from clew.log.timeline import Choice, unknown_kinds, unknown_step
+from clew.log.timeline import Choice, unknown_kinds, unknown_step, unknown_wait
 from protocol.errors import ClewError, UsageError
 from protocol.faults.fit import misfits
 from protocol.faults.plan import Plan
@@ -160,12 +160,12 @@ class Fleet(ABC):
             timeout_s: how long to wait [simulated s].
 
         Raises:
-            UsageError: there is no such kind, robot or step.
+            UsageError: there is no such kind, robot, step or time.
             WaitFailedError: it did not come in time, or the run ended before.
         """
         __tracebackhide__ = True  # pytest then shows the line of the test, and not ours
         kinds = (kind,) if isinstance(kind, str) else kind
-        if (unknown := unknown_kinds(kinds) or unknown_step(step)) is not None:
+        if (unknown := unknown_kinds(kinds) or unknown_step(step) or unknown_wait(timeout_s)) is not None:
             raise UsageError(unknown)
         number = None if robot is None else faults.robot_of(robot, self.asked.scenario.fleet.robots)
         self.begin()

@@ -7,6 +7,7 @@ Rule 3: `campaign.json` is written even if the user interrupts the campaign.
 """
 
 import os
+import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from dataclasses import replace as replace_fields
@@ -36,7 +37,7 @@ from clew.swarm.plans import DRAWN
 from clew.swarm.swarm import draw
 from protocol.errors import UsageError
 from protocol.faults import plan as plans
-from protocol.files.opening import MADE_BYTES_MAX, read_bytes
+from protocol.files.opening import MADE_BYTES_MAX, open_regular, read_bytes
 from protocol.files.writing import make_folder, open_private, write_whole
 from protocol.law_files import copies, is_of_file, named
 from protocol.root import ROOT
@@ -46,6 +47,9 @@ EPISODES_FILE, CAMPAIGN_FILE, SCENES_FOLDER = "episodes.jsonl", "campaign.json",
 DRAWN_FOLDER = "drawn"
 SEEN_BY = 2000  # swarm episodes after which every coverage counter must have counted
 PACKAGES = ("agents", "clew", "protocol", "world")
+HEAD = re.compile(rb'\s*{\s*"ok":\s*(true|false),\s*"interrupted":')
+"""How `campaign.json` begins, of every version of ours."""
+HEAD_BYTES = 256  # only that much is read: a campaign may write more than it reads in one piece
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,17 +122,16 @@ def run(
         warn: gets a line for each broken file, which is not played.
 
     Raises:
-        UsageError: there is nothing to play, or the folder is a run's, or not writable.
+        UsageError: there is nothing to play, or the folder is not writable, or not for campaigns.
     """
     source_hash = hash_of_source()
     law = request.law and named(request.law, Path())
     request = replace_fields(request, law=law)
     try:
+        _check_folder(request.out)
         episodes = _with_judges(_episodes(request, source_hash, warn), request.judge_every)
         if not request.out.is_dir():
             make_folder(request.out)  # a refused campaign leaves no folder
-        if (request.out / EVENTS_FILE).exists():
-            raise UsageError(f"{request.out}: is a run's folder, and a campaign never writes into one")
         for name, text in copies(law or "").items():
             write_whole(request.out / name, text)
         path = request.out / EPISODES_FILE
@@ -149,6 +152,22 @@ def run(
     except OSError as error:
         raise UsageError(f"cannot write a campaign into {request.out}: {error.strerror or error}") from error
     return campaign
+
+
+def _check_folder(out: Path) -> None:
+    """Refuse a folder in which we would replace what is not ours.
+
+    Raises:
+        UsageError: it is a run's folder, or another program's `campaign.json` is there.
+        OSError: that file cannot be read.
+    """
+    if (out / EVENTS_FILE).exists():
+        raise UsageError(f"{out}: is a run's folder, and a campaign never writes into one")
+    path = out / CAMPAIGN_FILE
+    if path.exists():
+        with open_regular(path) as file:
+            if HEAD.match(file.read(HEAD_BYTES)) is None:
+                raise UsageError(f"{path}: no campaign of Clew wrote this file, and one would replace it")
 
 
 def read_outcomes(path: Path) -> dict[str, Outcome]:

@@ -118,8 +118,10 @@ def _below(root: Path, robots: int | None, broken: list[str]) -> Iterator[Scene]
     for path in paths:
         if path.suffix in SUFFIXES and path.is_file():
             raw = _read(path)
-            is_scene = path == root or raw.get("schema") == SCENE_SCHEMA or "fleet" in raw
-            if is_scene and not isinstance(raw.get("fleet"), list):
+            is_scene = raw.get("schema") == SCENE_SCHEMA or "fleet" in raw
+            if path == root and not is_scene:
+                load(str(path))  # a file that is named is refused for what it is, such as a fault plan
+            if (is_scene or path == root) and not isinstance(raw.get("fleet"), list):
                 yield Scene(
                     path=path,
                     family=path.resolve().parent.name,

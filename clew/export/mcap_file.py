@@ -27,6 +27,8 @@ from protocol.timeline import Entry, PoseSampled, ScanServed, kind_of
 from protocol.timeline.base import Kind
 from world.record.recorder import Header, line
 
+FOREIGN = "FoxgloveError: "  # Foxglove has no type of its own for what its writer meets
+
 
 def export(log: Log, out: Path) -> Exported:
     """Write a log as one MCAP file."""
@@ -44,14 +46,21 @@ def export(log: Log, out: Path) -> Exported:
 
 @contextmanager
 def _opened(path: Path, header: Header) -> Iterator[foxglove.Context]:
-    """The context whose channels are written to the file."""
+    """The context whose channels are written to the file.
+
+    Raises:
+        OSError: the file cannot be written, for example on a full disk.
+    """
     context = foxglove.Context()
-    with foxglove.open_mcap(path, context=context) as writer:
-        said = {
-            name: getattr(header, name) for name in ("schema", "run", "seed", "scenario_hash", "started_at")
-        }
-        writer.write_metadata("clew", {name: str(value) for name, value in said.items()})
-        yield context
+    said = {name: getattr(header, name) for name in ("schema", "run", "seed", "scenario_hash", "started_at")}
+    try:
+        with foxglove.open_mcap(path, context=context) as writer:
+            writer.write_metadata("clew", {name: str(value) for name, value in said.items()})
+            yield context
+    except RuntimeError as error:
+        if not str(error).startswith(FOREIGN):
+            raise
+        raise OSError(str(error).removeprefix(FOREIGN)) from error
 
 
 class _Writing:

@@ -4,6 +4,7 @@ import math
 from importlib import metadata
 
 from protocol.errors import UsageError
+from protocol.files.refusals import short
 from protocol.run_settings import SPEED_MAX
 
 DEPLOYMENTS = ("random",)  # the values of `--deployment`
@@ -20,7 +21,7 @@ def speed_of(text: str) -> float | None:
     except ValueError:
         speed = math.nan
     if speed is not None and not 0.0 < speed <= SPEED_MAX:
-        raise UsageError(f"must be max or a number in (0, 1000], got {text}")
+        raise UsageError(f"must be max or a number in (0, 1000], got {short(text)}")
     return speed
 
 

@@ -30,12 +30,17 @@ STRIKES = HARM | {"restart"}
 """The faults of rules that do such harm."""
 UNCERTIFIED = {"printed", "resultant"}  # the paper's laws; every other promises clearance
 MOMENT_S = 0.06  # in which a robot moves beside another one, where obstacles move
+FAR = 1e9  # no body is so far away [m], and no run so long [s]
 DRIFT = 2.0  # a body is off its path by mu0 at most, on each side: twice on one way
 BOUNDS = ("x_m_min", "y_m_min", "x_m_max", "y_m_max")
 
 
 class UnreadableError(Exception):
-    """A run or a scene that cannot be read; one sentence says why."""
+    """A run that cannot be read; one sentence says why."""
+
+
+class SceneError(UnreadableError):
+    """The scene that was given is what cannot be read."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +95,8 @@ def read(lines: Iterable[bytes], scene: Mapping[str, Any] | None = None) -> Trut
             and the law, which an option may have replaced, is the header's.
 
     Raises:
-        UnreadableError: it is no run or no scene, or something in it cannot be read.
+        SceneError: the scene is none, or cannot be read.
+        UnreadableError: so is the run, or what the two make together.
     """
     entries, struck = _entries(lines), set[str]()
     poses: dict[int, list[Row]] = defaultdict(list)
@@ -109,6 +115,8 @@ def read(lines: Iterable[bytes], scene: Mapping[str, Any] | None = None) -> Trut
                 struck |= {entry["process"]} if by_world or by_itself else set()
         scene = None if scene is None else _scenario(scene)
         said = header["scenario"]
+        if not math.isfinite(_sum(said)):
+            raise UnreadableError("the header has a number that is not finite")
         truth = _truth(said, said["law"]["law"], poses, struck)
         if scene is None:
             return truth
@@ -138,6 +146,8 @@ def _truth(raw: Mapping[str, Any], law: str, poses: Mapping[int, list[Row]], str
     fleet, mu0_m, promises = raw["fleet"], raw["law"]["mu0_m"], law not in UNCERTIFIED
     radius_m, goal, bounds = fleet["robot_radius_m"], raw.get("goal"), raw.get("bounds")
     tracks = {robot: np.array(sorted(poses[robot])) for robot in sorted(poses)}
+    if wrong := [robot for robot in tracks if not (np.abs(tracks[robot]) <= FAR).all()]:
+        raise UnreadableError(f"robot {wrong[0]} has a pose that is not finite, or beyond {FAR:g} m or s")
     return Truth(
         robots={each: Solid(f"robot {each}", HERE, tracks[each], hull_m=radius_m) for each in tracks},
         unseen=tuple(robot for robot in range(1, fleet.get("robots", 0) + 1) if robot not in tracks),
@@ -199,14 +209,14 @@ def _scenario(scene: Mapping[str, Any]) -> Mapping[str, Any]:
     """The scenario that was given.
 
     Raises:
-        UnreadableError: it is none; or a number is none, of which no comparison says that it is less.
+        SceneError: it is none; or a number is none, of which no comparison says that it is less.
     """
     if str(scene.get("schema")).startswith("clew-scene/"):
         scene = _as_scenario(scene)
     if not isinstance(scene.get("fleet"), dict):
-        raise UnreadableError("SCENE is no scenario with one fleet and no scene")
+        raise SceneError("is no scenario with one fleet and no scene")
     if not math.isfinite(_sum(scene)):
-        raise UnreadableError("SCENE has a number that is not finite")
+        raise SceneError("has a number that is not finite")
     return scene
 
 

@@ -168,9 +168,10 @@ def scenario_of(timeline: Timeline | Log) -> Scenario:
     try:
         return msgspec.convert(timeline.header.scenario, Scenario)
     except (msgspec.ValidationError, UsageError) as error:
+        place = f"{timeline.path}: line 1" if isinstance(timeline, Log) else "line 1"
         if not timeline.header.scenario:
-            raise UsageError("line 1, the header, is damaged: it has no scenario to judge by") from error
-        raise UsageError(f"line 1: the scenario in the header cannot be read: {error}") from error
+            raise UsageError(f"{place}, the header, is damaged: it has no scenario to judge by") from error
+        raise UsageError(f"{place}: the scenario in the header cannot be read: {error}") from error
 
 
 def sentences(finding: Finding) -> list[str]:

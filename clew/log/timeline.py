@@ -94,6 +94,16 @@ def unknown_step(step: object) -> str | None:
     return f"step: must be an integer, 0 or more, got {step!r}"
 
 
+def unknown_wait(timeout_s: object) -> str | None:
+    """Say that nobody can wait so long; None: it is a time from 0 s on, infinite ones included."""
+    try:
+        if float(timeout_s) >= 0.0:  # type: ignore[arg-type] # it raises for what is none
+            return None
+    except (TypeError, ValueError):
+        pass
+    return f"timeout_s: must be >= 0 [simulated s], got {timeout_s!r}"
+
+
 def unknown_in(choice: Choice, header: Header, lines: Iterable[Line]) -> str | None:
     """Say what of a choice no entry of this run can have, with similar names; None: each may have one.
 

@@ -72,6 +72,9 @@ def compare(*, a: Path, b: Path, each: bool, as_json: bool) -> None:
             raise UsageError("--each is for two campaigns, and A and B are runs")
         _compare_runs(a, b, as_json=as_json)
         return
+    for one, other in ((a, b), (b, a)):
+        if _is_run(one):
+            raise UsageError(f"{other}: is no run, and {one} is one; compare two runs, or two campaigns")
     (ours, a_asked), (theirs, b_asked) = map(_read, (a, b))
     found = compared(ours, theirs, (a_asked, b_asked))
     if as_json:
@@ -137,7 +140,7 @@ def _read(folder: Path) -> "tuple[tuple[Outcome, ...], Asked]":
 
     path = folder / CAMPAIGN_FILE if folder.is_dir() else folder
     if not path.exists() and not path.with_name(EPISODES_FILE).exists():
-        raise UsageError(f"{folder}: no campaign is there, nor are A and B two runs")
+        raise UsageError(f"{folder}: is neither a run nor a campaign")
     outcomes, flaws = read_campaign(path)
     for flaw in flaws:
         warn(f"{folder}: not complete: {flaw}")

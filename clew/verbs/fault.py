@@ -15,6 +15,7 @@ from protocol.faults.manual_faults import EndRequest, FaultRequest, HaltRequest,
 from protocol.faults.rules import ROLES, ROUTER, Rule
 from protocol.files.names import did_you_mean
 from protocol.files.reading import understand
+from protocol.files.refusals import short
 from protocol.keys import WORLD, robot_number
 
 Parameter = Callable[[Callable[..., None]], Callable[..., None]]
@@ -27,7 +28,7 @@ def seconds(text: str | float) -> float:
     try:
         return float(str(text).removesuffix("s"))
     except ValueError as error:
-        raise click.BadParameter(f"must be a number of seconds as in 5s, got {text}") from error
+        raise click.BadParameter(f"must be a number of seconds as in 5s, got {short(text)}") from error
 
 
 def process(name: str) -> str:
@@ -35,7 +36,7 @@ def process(name: str) -> str:
     found = f"r{name}" if name.isdecimal() else name
     if robot_number(found) is None and found not in OTHERS:
         others, near = ", ".join(OTHERS), did_you_mean(name, OTHERS)
-        raise click.BadParameter(f"must be a robot (3 or r3), or one of {others}, got {name}{near}")
+        raise click.BadParameter(f"must be a robot (3 or r3), or one of {others}, got {short(name)}{near}")
     return found
 
 

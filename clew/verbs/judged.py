@@ -10,7 +10,7 @@ from typing import Any
 
 from clew.judge.agree import differences, disagreements
 from clew.judge.poses import Finding, Least, judge, judge_between
-from clew.judge.truth import Truth, UnreadableError, read
+from clew.judge.truth import SceneError, Truth, UnreadableError, read
 from protocol.errors import UNREADABLE, UsageError
 from protocol.files.opening import MADE_BYTES_MAX, open_regular, read_bytes
 from world.judge.verdict import VERDICT_FILE
@@ -48,6 +48,8 @@ def judged(run: Path, scene: Path | None) -> Judged:
     try:
         with open_regular(events) as lines:
             truth = read(lines, None if scene is None else _content(find(str(scene))))
+    except SceneError as error:
+        raise UsageError(f"{scene}: {error}") from error
     except UnreadableError as error:
         raise UsageError(f"{run}: {error}") from error
     finding = judge(truth)

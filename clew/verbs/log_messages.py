@@ -13,6 +13,7 @@ from clew.verbs.say import say, warn
 from protocol.errors import UsageError
 from protocol.faults.rules import MessageKind
 from protocol.files.names import did_you_mean
+from protocol.files.refusals import short
 from protocol.keys import WORLD, robot_name, robot_number
 
 if TYPE_CHECKING:
@@ -33,7 +34,9 @@ class _Link(click.ParamType[tuple[str, str]]):
         match = re.fullmatch(r"(r?[1-9]\d{0,8}|world),(r?[1-9]\d{0,8}|world)", str(value), re.ASCII)
         if match is None or match[1].removeprefix("r") == match[2].removeprefix("r"):
             self.fail(
-                f"must be two robots, or a robot and the world, as 2,3 or 2,world; got {value}", param, ctx
+                f"must be two robots, or a robot and the world, as 2,3 or 2,world; got {short(value)}",
+                param,
+                ctx,
             )
         one, other = (
             each if each == WORLD else robot_name(int(each.removeprefix("r"))) for each in match.groups()
@@ -52,7 +55,7 @@ class _Steps(click.ParamType[tuple[int, int]]):
         """The first and the last."""
         match = re.fullmatch(r"(\d{1,9})(?:-(\d{1,9}))?", str(value), re.ASCII)
         if match is None or int(match[1]) > int(match[2] or match[1]):
-            self.fail(f"must be like 2 or 2-4, got {value}", param, ctx)
+            self.fail(f"must be like 2 or 2-4, got {short(value)}", param, ctx)
         return int(match[1]), int(match[2] or match[1])
 
 

@@ -8,6 +8,8 @@ from clew.verbs.options import AS_JSON, FiniteRange
 from clew.verbs.say import console, numbers_table, say_json
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
+from protocol.files.names import did_you_mean
+from protocol.files.refusals import short
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -54,9 +56,9 @@ def mutants(
     from clew.campaign.mutants_list import MUTANTS
 
     if unknown := sorted(set(names) - {mutant.name for mutant in MUTANTS}):
-        raise UsageError(
-            f"--mutant {unknown[0]}: must be one of {', '.join(mutant.name for mutant in MUTANTS)}"
-        )
+        known = [mutant.name for mutant in MUTANTS]
+        near = did_you_mean(unknown[0], known)
+        raise UsageError(f"--mutant: must be one of {', '.join(known)}, got {short(unknown[0])}{near}")
     if guided:
         if tested := [each.name for each in MUTANTS if each.check and each.name in names]:
             raise UsageError(f"--mutant {tested[0]}: a test catches it and no seed, so not for --guided")

@@ -16,6 +16,7 @@ from clew.fleet.options import DEPLOYMENTS, version
 from protocol import laws
 from protocol.errors import UsageError
 from protocol.files.names import did_you_mean
+from protocol.files.refusals import short
 from protocol.frames import ROBOTS_MAX
 from protocol.law_files import is_of_file, named
 from protocol.root import LAUNCH
@@ -74,7 +75,7 @@ class RobotNumber(click.ParamType[int]):
         """Its number."""
         match = re.fullmatch(r"r?([1-9]\d{0,8})", str(value), re.ASCII)
         if match is None:
-            self.fail(f"must be a robot, as 3 or r3, got {value}", param, ctx)
+            self.fail(f"must be a robot, as 3 or r3, got {short(value)}", param, ctx)
         return int(match[1])
 
 
@@ -139,10 +140,10 @@ def _seeds(_ctx: click.Context, _param: click.Parameter, said: str) -> tuple[int
     for part in said.split(","):
         match = re.fullmatch(r"(\d{1,16})(?:-(\d{1,16}))?", part, re.ASCII)
         if match is None or not int(match[1]) <= int(match[2] or match[1]) <= SEED_MAX:
-            raise click.BadParameter(f"must be like 1, 1-3 or 1,4-6, up to 2**53 - 1, got {said}")
+            raise click.BadParameter(f"must be like 1, 1-3 or 1,4-6, up to 2**53 - 1, got {short(said)}")
         seeds.append(range(int(match[1]), int(match[2] or match[1]) + 1))
     if sum(each.stop - each.start for each in seeds) > SEEDS_MAX:
-        raise click.BadParameter(f"must be at most {SEEDS_MAX:,} seeds, got {said}")
+        raise click.BadParameter(f"must be at most {SEEDS_MAX:,} seeds, got {short(said)}")
     return tuple(dict.fromkeys(chain.from_iterable(seeds)))
 
 

@@ -18,7 +18,7 @@ from protocol.errors import UNREADABLE, MessageRefusedError
 from protocol.frames import Count
 from protocol.wire.messages import Message
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 SIZE_MAX_BYTES = 65_536  # the largest scan, with 7200 directions, takes 64.9 kB
 UINT32 = 0xCE  # msgpack: an integer of 4 bytes, most significant first
 SEAL_BYTES = 5

@@ -1,7 +1,7 @@
 """What a supervisor knows of a fleet's parts, and what an event means by that. It decides nothing.
 
 Rule 1: every event changes the facts before anything is decided by it.
-Rule 2: only a router's first `Ready` counts as listening; one that is started again owes nobody anything.
+Rule 2: only a router's first `Ready` counts as listening; nobody waits for one that is started again.
 """
 
 from collections import Counter

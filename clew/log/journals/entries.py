@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from agents.commands import Note
 from clew.log.journals.process import Process
 from protocol.errors import UsageError
+from protocol.files.refusals import short
 from protocol.plain import plain
 from protocol.timeline import KINDS, Entry, RobotStarted, kind_of
 from protocol.timeline.sentences import sentence
@@ -54,7 +55,7 @@ def find_entry(lines: Sequence[Line], said: str) -> int:
     else:
         raise UsageError(
             "an entry is r3:17 (source and number), a line of `clew log cat`, or a kind that one entry has; "
-            f"got {said}"
+            f"got {short(said)}"
         )
     if len(found) != 1:
         raise UsageError(f"the log has {len(found) or 'no'} entries {said}" + (how if found else ""))

@@ -215,6 +215,7 @@ def test_is_left_early(clew_rehearsal):
 WRONG: list[dict[str, str]] = [
     {"robot=4": "@pytest.mark.clew takes scenario, robots, seeds"},
     {"seeds=5": "seeds must be a list or a range, got 5"},
+    {"seeds=range(0)": "seeds must not be empty, got range(0, 0)"},
     {
         'scenario="groove"': "unknown scenario 'groove'",
         "faults=[clew.kill(9)]": "must be a robot of the fleet, r1 to r5, got r9",
@@ -223,7 +224,7 @@ WRONG: list[dict[str, str]] = [
 ]
 
 
-@pytest.mark.parametrize("wrong", WRONG, ids=["robot", "seeds", "values"])
+@pytest.mark.parametrize("wrong", WRONG, ids=["robot", "seeds", "no seeds", "values"])
 def test_a_wrong_marker_fails_the_test_and_says_why(tmp_path: Path, wrong: dict[str, str]) -> None:
     test = "@pytest.mark.clew({})\ndef test_a{}(clew_rehearsal, clew_seed): pass\n"
     code, said = played(

@@ -88,9 +88,12 @@ def test_runs_have_no_pairs_of_episodes_to_show(runs: Runs) -> None:
 
 
 def test_a_run_and_something_else_cannot_be_compared(runs: Runs, tmp_path: Path) -> None:
-    done = clew("compare", str(runs.of("grove")), str(tmp_path))
-    assert done.exit_code == 2
-    assert "no campaign is there, nor are A and B two runs" in done.stderr
+    run, other = str(runs.of("grove")), str(tmp_path)
+    refusal = f"Error: {other}: is no run, and {run} is one; compare two runs, or two campaigns\n"
+    for pair in ((run, other), (other, run)):
+        done = clew("compare", *pair)
+        assert (done.exit_code, done.stderr) == (2, refusal)
+    assert clew("compare", other, run + "x").stderr == f"Error: {other}: is neither a run nor a campaign\n"
 
 
 def test_a_folder_is_no_run_to_compare(runs: Runs) -> None:

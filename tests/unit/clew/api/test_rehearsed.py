@@ -1,5 +1,6 @@
 """A fleet in virtual time: waits, faults while it goes on, and the plan that they make."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -114,6 +115,14 @@ def test_a_fleet_that_never_begins_leaves_nothing(fleet: Fleet) -> None:
     assert not fleet.asked.folder.exists()
 
 
+@pytest.mark.parametrize("timeout_s", [-1, math.nan, "soon", None])
+def test_a_time_that_nobody_can_wait_is_a_mistake_of_the_test_and_no_finding(
+    fleet: Fleet, timeout_s: float
+) -> None:
+    with fleet, pytest.raises(UsageError, match=r"timeout_s: must be >= 0 .simulated s., got"):
+        fleet.until("step.planned", timeout_s=timeout_s)
+
+
 def test_what_a_live_fleet_refuses_a_rehearsed_one_refuses(fleet: Fleet) -> None:
     with fleet:
         with pytest.raises(UsageError, match="must be a robot of the fleet, r1 to r3, got 4"):
@@ -220,7 +229,7 @@ def test_a_wrong_stage_speed_or_scenario_is_refused(tmp_path: Path) -> None:
         rehearse(load("grove"), law="printed")
     with pytest.raises(UsageError, match=r"\$.fleet.robots: must be >= 1, got 0"):
         rehearse(scenario(), robots=0)
-    with pytest.raises(UsageError, match=r"speed: must be max or a number in \(0, 1000\], got fast"):
+    with pytest.raises(UsageError, match=r"speed: must be max or a number in \(0, 1000\], got 'fast'"):
         launch("grove", speed="fast", out=tmp_path)  # type: ignore[arg-type] # as it may be given
 
 

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pytest
+
 from tests.support.campaigns import clew, scene
 
 
@@ -13,3 +15,34 @@ def test_a_campaign_never_writes_into_a_runs_folder(tmp_path: Path) -> None:
     assert said.exit_code == 2
     assert "is a run's folder, and a campaign never writes into one" in said.stderr
     assert [each.name for each in run.iterdir()] == ["events.jsonl"]
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ('name = "mine"\n[[rule]]\nfault = "drop"\n', "is a fault plan, not a scenario"),
+        ("", "must have the field"),
+        ("[fleet", "is not TOML"),
+    ],
+)
+def test_a_file_that_is_named_and_is_no_scene_is_refused_and_not_played(
+    tmp_path: Path, text: str, why: str
+) -> None:
+    (tmp_path / "mine.toml").write_text(text)
+    said = clew("campaign", tmp_path / "mine.toml", "--jobs", "1", "--out", tmp_path / "out")
+    assert (said.exit_code, said.stdout, said.stderr.count("\n")) == (2, "", 1)
+    assert f"{tmp_path}/mine.toml" in said.stderr
+    assert why in said.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("foreign", ['{"ok": "yes", "name": "summer sale"}\n', "", "\xff\xfe"])
+def test_a_campaign_never_replaces_a_file_that_no_campaign_wrote(tmp_path: Path, foreign: str) -> None:
+    played, out = scene(tmp_path / "one.json"), tmp_path / "out"
+    out.mkdir()
+    (out / "campaign.json").write_text(foreign, encoding="latin-1")
+    said = clew("campaign", played, "--jobs", "1", "--out", out)
+    refusal = f"Error: {out}/campaign.json: no campaign of Clew wrote this file, and one would replace it\n"
+    assert (said.exit_code, said.stderr) == (2, refusal)
+    assert [each.name for each in out.iterdir()] == ["campaign.json"]
+    assert (out / "campaign.json").read_text(encoding="latin-1") == foreign

@@ -164,7 +164,7 @@ def test_what_is_no_campaign_is_refused_in_one_line(
     monkeypatch.chdir(tmp_path)
     refused = clew("compare", place, place)
     assert (refused.exit_code, refused.stderr.count("\n")) == (2, 1)
-    assert "no campaign is there" in refused.stderr
+    assert "is neither a run nor a campaign" in refused.stderr
 
 
 def test_the_verb_says_one_pair_and_two_pairs_of_one_scene(tmp_path: Path) -> None:

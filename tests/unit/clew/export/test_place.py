@@ -1,5 +1,6 @@
 """An export is written completely or not at all, and never replaces anything but an export."""
 
+import resource
 import signal
 import subprocess
 import sys
@@ -152,6 +153,22 @@ def test_an_unwritable_place_is_reported_in_one_line(tmp_path: Path, run: Path) 
     assert said.stderr.startswith(f"Error: {tmp_path}/file/csv: cannot be written: ")
     with pytest.raises(UsageError, match="No space left"), whole_file(tmp_path / "full.mcap"):
         Path("/dev/full").write_bytes(b"more than fits")
+
+
+@pytest.mark.parametrize("to", ["mcap", "csv", "parquet"])
+def test_an_export_that_does_not_fit_is_one_line_and_leaves_nothing(
+    tmp_path: Path, run: Path, to: str
+) -> None:
+    out = tmp_path / "out" / f"export.{to}"
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+    try:
+        said = clew("log", "export", run, "--to", to, "--out", out)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert (said.exit_code, said.stdout, said.stderr.count("\n")) == (2, "", 1)
+    assert said.stderr.startswith(f"Error: {out}: cannot be written: ")
+    assert list(out.parent.iterdir()) == []
 
 
 def test_a_folder_without_a_run_is_refused(tmp_path: Path) -> None:

@@ -169,7 +169,7 @@ def test_a_robot_may_be_named_as_the_log_names_it(run: Path) -> None:
     assert clew(run, "--robot", "r2").stdout == clew(run, "--robot", "2").stdout != ""
     refused = clew(run, "--robot", "leader")
     assert refused.exit_code == 2
-    assert "'--robot': must be a robot, as 3 or r3, got leader" in refused.stderr
+    assert "'--robot': must be a robot, as 3 or r3, got 'leader'" in refused.stderr
 
 
 def test_a_pipe_gets_many_lines_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

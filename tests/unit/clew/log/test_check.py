@@ -14,6 +14,7 @@ from protocol.fence import NUMBERS
 from protocol.run_settings import SCENARIO_FILE
 from protocol.timeline import PoseSampled, PromiseBroken, Record
 from protocol.timeline.invariants import INVARIANTS
+from tests.support.campaigns import clew
 from tests.support.logs.logs import AT_REST, numbered, recorded
 from tests.support.strands import driving, strand
 from world.record.recorder import EVENTS_FILE
@@ -73,6 +74,15 @@ def test_a_header_without_a_valid_scenario_is_refused(tmp_path: Path) -> None:
     header = msgspec.structs.replace(read.header, scenario={"name": "paper"})
     with pytest.raises(UsageError, match="the scenario in the header cannot be read"):
         check(timeline.Timeline(header, read.lines, read.flaws))
+
+
+def test_a_header_that_cannot_be_judged_by_is_refused_with_its_file(tmp_path: Path) -> None:
+    run = recorded(tmp_path / "run", numbered(AT_REST))
+    events = run / EVENTS_FILE
+    events.write_bytes(events.read_bytes().replace(b'"robots":', b'"robots":-', 1))
+    said = clew("log", "check", run)
+    assert (said.exit_code, said.stderr.count("\n")) == (2, 1)
+    assert said.stderr.startswith(f"Error: {events}: line 1: the scenario in the header cannot be")
 
 
 def test_a_log_with_another_scenario_than_the_one_that_was_run_is_not_ok(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """`clew judge` prints what true poses show, and exits as other verbs do."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -90,11 +91,11 @@ def test_what_is_no_run_is_refused_in_one_line(tmp_path: Path, run: Path, name: 
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("", "SCENE is no scenario with one fleet and no scene"),
-        ("fleet = 'x'", "SCENE is no scenario with one fleet and no scene"),
-        ("[[fleet]]\nname = 'x'", "SCENE is no scenario with one fleet and no scene"),
-        ("[fleet]\n[law]\nepsilon_m = nan", "SCENE has a number that is not finite"),
-        ("[fleet]\n[goal]\nat_m = [inf, 0.0]", "SCENE has a number that is not finite"),
+        ("", "is no scenario with one fleet and no scene"),
+        ("fleet = 'x'", "is no scenario with one fleet and no scene"),
+        ("[[fleet]]\nname = 'x'", "is no scenario with one fleet and no scene"),
+        ("[fleet]\n[law]\nepsilon_m = nan", "has a number that is not finite"),
+        ("[fleet]\n[goal]\nat_m = [inf, 0.0]", "has a number that is not finite"),
     ],
 )
 def test_a_scene_that_says_nothing_or_no_numbers_proves_nothing(
@@ -102,7 +103,26 @@ def test_a_scene_that_says_nothing_or_no_numbers_proves_nothing(
 ) -> None:
     (tmp_path / "scene.toml").write_text(text)
     said = clew("judge", run, tmp_path / "scene.toml")
-    assert (said.exit_code, said.stderr) == (2, f"Error: {run}: {why}\n")
+    assert (said.exit_code, said.stderr) == (2, f"Error: {tmp_path}/scene.toml: {why}\n")
+
+
+@pytest.mark.parametrize("number", ["NaN", "Infinity", "-1e999", "1e300", '"3"', "[]"])
+@pytest.mark.parametrize("field", ["t_s", "x_m"])
+def test_a_pose_that_is_nowhere_is_refused_and_no_proof(run: Path, field: str, number: str) -> None:
+    """Of NaN no comparison says that it is too near."""
+    header, *entries = (run / "events.jsonl").read_text().splitlines()
+    wrong = re.sub(rf'"{field}": ?[^,}}]+', f'"{field}":{number}', entries[-1])
+    (run / "events.jsonl").write_text("\n".join([header, *entries[:-1], wrong, ""]))
+    said = clew("judge", run)
+    assert (said.exit_code, said.stdout, said.stderr.count("\n")) == (2, "", 1)
+    assert said.stderr.startswith(f"Error: {run}: ")
+
+
+def test_a_header_with_a_number_that_is_not_finite_is_refused(run: Path) -> None:
+    text = (run / "events.jsonl").read_text()
+    (run / "events.jsonl").write_text(re.sub('"epsilon_m": ?[^,}]+', '"epsilon_m":NaN', text))
+    refusal = f"Error: {run}: the header has a number that is not finite\n"
+    assert (clew("judge", run).exit_code, clew("judge", run).stderr) == (2, refusal)
 
 
 @pytest.mark.parametrize("text", ["{}\n", '{"kind":"pose.sampled"}\n', "[1]\n", "3\n"])

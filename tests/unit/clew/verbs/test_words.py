@@ -38,6 +38,17 @@ REFUSED = [
     ["replay", "run", "--until", "nan"],
     ["field", "--seed", "1"],
 ]
+# An empty text is what an unset variable of a shell gives.
+EMPTY = [
+    ["run", "--speed", ""],
+    ["campaign", "grove", "--seeds", ""],
+    ["log", "cat", "run", "--robot", ""],
+    ["log", "messages", "run", "--link", ""],
+    ["log", "messages", "run", "--step", ""],
+    ["fault", "run", "kill", ""],
+    ["fault", "run", "freeze", "3", "--for", ""],
+    ["mutants", "--mutant", ""],
+]
 # What an option would be given for nothing is said.
 NO_USE = {
     "the setting of a rule": (["explore", "turns", "--without", "F3"], "--without: explores the setting"),
@@ -112,6 +123,13 @@ def test_what_cannot_be_done_is_one_line(arguments: list[str]) -> None:
     assert (said.exit_code, said.stdout, said.stderr.count("\n")) == (2, "", 1)
     assert said.stderr.startswith("Error: ")
     assert "\\" not in said.stderr
+
+
+@pytest.mark.parametrize("arguments", EMPTY, ids=" ".join)
+def test_an_empty_text_that_is_refused_is_shown(arguments: list[str]) -> None:
+    said = clew(*arguments)
+    assert (said.exit_code, said.stdout, said.stderr.count("\n")) == (2, "", 1)
+    assert "got ''" in said.stderr
 
 
 @pytest.mark.parametrize(("arguments", "why"), NO_USE.values(), ids=NO_USE)
