@@ -386,18 +386,6 @@ def test_a_map_too_large_for_a_message_is_thinned_evenly() -> None:
     assert len(packed) > SEEN_BYTES_MAX / 4
 
 
-@pytest.mark.parametrize("far_m", [200.0, 1e6])
-def test_a_leader_that_lies_leaves_its_successor_a_map_to_plan_with(far_m: float) -> None:
-    """Hits far off, handed over without bounds, made cells of kilometres, and nobody saw a way again."""
-    mission = under("certified", robot_radius_m=0.1)
-    liar, successor = Map(mission, START), Map(mission, START)
-    liar.remember(np.concatenate([wall(), [[far_m, far_m], [-far_m, -far_m]]]))
-    successor.unpack(liar.packed())
-    assert successor.cell_m <= KEEP_M
-    assert math.isfinite(cost_at(cost_of(successor), START))
-    assert cost_at(cost_of(successor), START) > math.dist(START, GOAL)
-
-
 @given(st.binary(max_size=300))
 @settings(max_examples=examples(25))
 def test_invalid_packed_data_changes_nothing(packed: bytes) -> None:
