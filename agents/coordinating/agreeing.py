@@ -11,6 +11,7 @@ from agents.coordinating.folding import Legs
 from agents.coordinating.formation import Plan, lay_path
 from agents.coordinating.order import places_of, positions
 from agents.coordinating.turnabout import Turning, turned_round
+from agents.strand.member import IN_VAIN_MAX
 from protocol.arrays import distances_to_segments, xy
 from protocol.fence import Cause, Epoch
 from protocol.frames import METRES_MAX, Point, one_more
@@ -103,9 +104,14 @@ class Agreement:
         return lost[int(np.argmin(off_m))][0] if lost else None
 
     def counters(self, reports: Reports) -> Counters:
-        """What the fleet has counted; the coordinator's own count includes what it proposed the view for."""
+        """What the fleet has counted; the coordinator's own count includes what it proposed the view for.
+
+        What it only knows from others loses no leader its route before that one's own next attempt in vain:
+        else one report of a robot that lies would end the run for all.
+        """
         own, newest = reports[self.robot], _newest(reports)
-        counters = own.counters if own.counted == newest.counted else newest.counters
+        told = replace(newest.counters, in_vain=min(newest.counters.in_vain, IN_VAIN_MAX))
+        counters = own.counters if own.counted == newest.counted else told
         return replace(
             _last_to_lead(counters, reports, newest.counted),
             steps=max(report.counters.steps for report in reports.values()),

@@ -2,7 +2,9 @@
 
 Rule 1: a question about a leg names where both robots stand. An answer counts as long as they stand there,
         and no robot has had a turn since: it may stand on that leg now. What has been driven stays clear.
-Rule 2: a robot that does not answer in time counts as one that does not see its way. Another question
+Rule 2 (safety): a driven way counts only if it leads from where the robot stands to where the one ahead does.
+        The formation lays the place of that one at its end: a robot that lies would lead it off.
+Rule 3: a robot that does not answer in time counts as one that does not see its way. Another question
         does not begin that time anew: two such times are longer than the others wait for a turn.
 """
 
@@ -11,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from agents.coordinating.order import places_of, positions
+from agents.coordinating.order import apart_m, places_of, positions
 from agents.liveness.timing import Timing
 from protocol.frames import Point, Pose
 from protocol.mission import Mission
@@ -75,7 +77,7 @@ class Questions:
                 formers=theirs.formers if theirs is not None and keeps else (),
                 others=self._beside(at, where),
             )
-            since_s = now_s if asked is None or robot in self.looks else asked.since_s  # rule 2
+            since_s = now_s if asked is None or robot in self.looks else asked.since_s  # rule 3
             self._forget({robot})
             self._asked[robot] = _Asked(question, at, since_s, turn)
             new.append(robot)
@@ -85,7 +87,7 @@ class Questions:
         """Take in an answer."""
         asked = self._asked.get(robot)
         if look is not None and asked is not None and look.number == asked.question.number:
-            self.looks[robot] = look
+            self.looks[robot] = look if self._may_be_driven(look.way, asked) else Look(number=look.number)
 
     def pending(self, robot: int) -> Question | None:
         """What a robot has not answered yet."""
@@ -93,7 +95,7 @@ class Questions:
         return None if asked is None or robot in self.looks else asked.question
 
     def awaited(self, now_s: float) -> set[int]:
-        """The robots that have not answered, and have not been waited for long enough (rule 2)."""
+        """The robots that have not answered, and have not been waited for long enough (rule 3)."""
         unanswered = self._asked.keys() - self.looks.keys()
         return {robot for robot in unanswered if now_s - self._asked[robot].since_s <= self.timing.looks_s}
 
@@ -105,6 +107,13 @@ class Questions:
         """Each robot's distance from the nearest obstacle, as far as it is known."""
         told = {robot: self.sees(robot).obstacle_m for robot in robots}
         return {robot: self.mission.range_m_max if m is None else m for robot, m in told.items()}
+
+    def _may_be_driven(self, way: Sequence[Point], asked: _Asked) -> bool:
+        """Rule 2; it may also be that there is no driven way."""
+        if not way or asked.question.place is None:
+            return not way
+        ends = ((way[0], asked.at), (way[-1], asked.question.place))
+        return all(apart_m(place, end) <= self.mission.off_place_m_max for end, place in ends)
 
     def _forget(self, robots: Collection[int]) -> None:
         """Drop the questions to these robots, and their answers."""

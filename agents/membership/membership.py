@@ -174,6 +174,8 @@ class Membership:
         whole = None if self._reporter is None else self._reporter.assembly.whole
         if whole is None or whole[0].turn != self._fence.turn or not in_force(self._fence):
             return
+        if (whole[0].rank == 0) is not (self._fence.robot == self._robot):
+            return  # the register tells all who leads: a coordinator that lies makes no second leader
         self._happen(Happening.FORMED)
         formation, path = whole
         self._pleas.note_stranded(formation.stranded, now_s)

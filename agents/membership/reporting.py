@@ -27,8 +27,7 @@ from agents.strand.memory import Memory
 from protocol.arrays import xy
 from protocol.fence import Epoch
 from protocol.frames import Pose
-from protocol.mission import DRIVE_SHARE, Mission
-from protocol.path import THERE_M
+from protocol.mission import Mission
 from protocol.wire.view import Answer, Formation, Join, Look, Question, Report, Seen
 
 
@@ -139,8 +138,7 @@ class Reporter:
         if question is None or (self._look is not None and self._look.number == question.number):
             return []
         if question.place is not None:
-            drive_m = DRIVE_SHARE * self.mission.mu0_m + THERE_M
-            off_m_max = drive_m if self.mission.promises_clearance else math.inf
+            off_m_max = self.mission.off_place_m_max
             way = self.past.places.leg_to(question.formers, pose, question.place, off_m_max=off_m_max)
             if way is not None or not self.mission.promises_clearance:
                 self._look = Look(number=question.number, clear=True, way=way or ())

@@ -6,7 +6,8 @@ Rule 2: the cost-to-go of every cell comes from a Dijkstra run from the goal. It
 Rule 3: if the certificate refuses the grid's way, the spot is closed. It is closed for good, unless robots or
         moving obstacles may be the reason.
 Rule 4: where obstacles move, ground that is seen to be free is free, even if a hit was remembered there.
-Rule 5: where the region has no bounds, the grid grows with what has been seen.
+Rule 5: where the region has no bounds, the grid grows with what has been seen. What another robot tells is
+        left out where cells would be too large to plan with: it may lie.
 Rule 6: a robot that neither leads nor joins keeps what its map remembers, but not its cells
         (`agents/navigation/pricing.py`).
 """
@@ -198,9 +199,17 @@ class Map:
         """Extend the grid beyond these points by the sensor's range (rule 5)."""
         if len(points) == 0 or self._grid.has(points).all():
             return
+        self._build(*self._sides_beyond(points))
+
+    def _sides_beyond(self, points: Floats) -> tuple[Floats, Floats]:
+        """The lower left and the upper right corner of such a grid."""
         low = np.minimum(self._grid.low, points.min(axis=0) - self._margin_m)
-        high = np.maximum(self._grid.high, points.max(axis=0) + self._margin_m)
-        self._build(low, high)
+        return low, np.maximum(self._grid.high, points.max(axis=0) + self._margin_m)
+
+    def _is_too_wide(self, points: Floats) -> bool:
+        """Whether a grid beyond these points would have cells too large to plan with."""
+        wide = Grid.over(*self._sides_beyond(points), self._cell_m, cells_max=CELLS_MAX)
+        return wide.cell_m > max(self._keep_m, self._grid.cell_m)
 
     def close(self, spot: Floats, *, for_good: bool = True) -> None:
         """Close a spot (rule 3)."""
@@ -280,14 +289,16 @@ class Map:
         return packed
 
     def unpack(self, packed: bytes) -> None:
-        """Add the hits of another robot's map; invalid data is ignored."""
+        """Add the hits of another robot's map (rule 5); invalid data is ignored."""
         unpacking = zlib.decompressobj()
         try:
             raw = unpacking.decompress(packed, PLACES_MAX * 8)
         except zlib.error:
             return
-        if len(raw) % 8 == 0:
-            self.remember(np.frombuffer(raw, "<i4").reshape(2, -1).T * PACKED_M)
+        if len(raw) % 8 != 0 or not raw:
+            return
+        hits = np.frombuffer(raw, "<i4").reshape(2, -1).T * PACKED_M
+        self.remember(hits[self._grid.has(hits)] if self._is_too_wide(hits) else hits)
 
     def narrowest(self, way: Floats) -> Floats:
         """The point (2,) of a way (n, 2) with the least room."""

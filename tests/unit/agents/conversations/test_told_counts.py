@@ -11,7 +11,7 @@ from clew.explore.moments import WORLD
 from clew.explore.setting import Setting
 from protocol.fence import GENERATIONS_MAX, Cause, Epoch, May
 from protocol.frames import COUNT_MAX, Point
-from protocol.timeline import Entry, StepPlanned
+from protocol.timeline import Entry, RouteLost, StepPlanned
 from protocol.wire.codec import decode, encode
 from protocol.wire.messages import LogBatch, Message
 from protocol.wire.view import Counters, Report
@@ -59,6 +59,20 @@ def test_what_robots_say_that_count_on_from_the_highest_count_arrives(lie: dict[
     assert all(arrives(post.thing) for post in stage.posted if post.sender != WORLD)
     noted = [Entry(n=1, t_s=0.0, hlc="", record=step) for step in stage.records_of(StepPlanned)]
     assert arrives(LogBatch(entries=tuple(noted)))
+
+
+def test_attempts_in_vain_that_only_one_robot_tells_of_end_no_run() -> None:
+    """One report that said so, and that all are among the last to lead, lost a leader its route at once."""
+    stage = ViewStage.begun(QUEUE, LANE.scenario())
+    told = Counters(in_vain=COUNT_MAX, last_to_lead=(1, 2, 3))
+    while stage.fence.may is not May.ALL:
+        if stage.mail and of(Report, sender=LAST)(stage.mail[0]):
+            lie = replace(stage.mail[0].thing, counters=told, counted=NEWEST)
+            stage.mail[0] = stage.mail[0]._replace(thing=lie)
+        stage.step()
+    assert stage.fence.epoch.robot != LAST, "it coordinates the view itself"
+    stage.run(lambda: bool(stage.records_of(StepPlanned)))
+    assert stage.records_of(RouteLost) == []
 
 
 @pytest.mark.parametrize("cause", [Cause.DEAD_END, Cause.BLOCKED, Cause.NO_WAY])

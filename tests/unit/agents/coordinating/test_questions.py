@@ -1,5 +1,7 @@
 """What a coordinator asks robots to look at."""
 
+import pytest
+
 from agents.coordinating.questions import Questions
 from agents.liveness.timing import Timing
 from protocol.fence import Epoch
@@ -46,6 +48,23 @@ def test_an_answer_counts_if_it_is_to_the_newest_question() -> None:
     assert questions.pending(2) == question
     questions.hear(2, Look(number=question.number, clear=True))
     assert (questions.pending(2), questions.sees(2).clear) == (None, True)
+
+
+@pytest.mark.parametrize(
+    ("from_m", "to_m", "counts"),
+    [((1.0, 0.0), (2.0, 0.0), True), ((1.0, 0.0), (1.0, -12.0), False), ((9.0, 0.0), (2.0, 0.0), False)],
+)
+def test_a_driven_way_counts_only_if_it_leads_from_the_robot_to_the_one_ahead(
+    from_m: tuple[float, float], to_m: tuple[float, float], counts: bool
+) -> None:
+    """A robot that lies would lead the one ahead off: the end of the way is laid as that one's place."""
+    questions = asked()
+    question = questions.pending(2)
+    assert question is not None
+    way = tuple(Point(x_m=x_m, y_m=y_m) for x_m, y_m in (from_m, to_m))
+    questions.hear(2, Look(number=question.number, clear=True, way=way))
+    assert (questions.sees(2).clear, questions.sees(2).driven) == (counts, counts)
+    assert questions.pending(2) is None, "it is not waited for"
 
 
 def test_all_are_answered_when_each_has_or_was_waited_for_long_enough() -> None:
