@@ -22,14 +22,13 @@ from agents.membership.legs import leg_is_clear, leg_needs_closer_look, without_
 from agents.membership.past import Past
 from agents.membership.places import Places
 from agents.membership.turn import Ended, places_xy
-from agents.navigation.scan import View
 from agents.strand.memory import Memory
 from protocol.arrays import xy
 from protocol.fence import Epoch
 from protocol.frames import Pose
 from protocol.mission import DRIVE_SHARE, Mission
 from protocol.path import THERE_M
-from protocol.wire.view import Answer, Formation, Join, Look, Question, Report, Seen
+from protocol.wire.view import Answer, Formation, Join, Look, Report, Seen
 
 
 @dataclass(slots=True)
@@ -149,14 +148,13 @@ class Reporter:
         if scan is None:
             return senses.ask(now_s)
         seen = without_hulls(scan, places_xy(question.others), self.mission)
-        if question.place is not None and leg_needs_closer_look(seen, xy(question.place), self.mission):
+        if question.place is None:
+            self._look = Look(number=question.number, obstacle_m=seen.nearest_m)
+            return []
+        ahead = xy(question.place)
+        clear = leg_is_clear(seen, ahead, self.mission)
+        if not clear and leg_needs_closer_look(seen, ahead, self.mission):
             senses.look_closer(scan)
             return senses.ask(now_s)
-        self._look = self._judge(question, seen)
+        self._look = Look(number=question.number, clear=clear)
         return []
-
-    def _judge(self, question: Question, seen: View) -> Look:
-        if question.place is None:
-            return Look(number=question.number, obstacle_m=seen.nearest_m)
-        clear = leg_is_clear(seen, xy(question.place), self.mission)
-        return Look(number=question.number, clear=clear)
