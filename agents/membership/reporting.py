@@ -28,7 +28,7 @@ from protocol.fence import Epoch
 from protocol.frames import Pose
 from protocol.mission import DRIVE_SHARE, Mission
 from protocol.path import THERE_M
-from protocol.wire.view import Answer, Formation, Join, Look, Report, Seen
+from protocol.wire.view import Answer, Formation, Former, Join, Look, Report, Seen
 
 
 @dataclass(slots=True)
@@ -54,6 +54,8 @@ class Reporter:
     """Of the formation."""
     _said: Report | None = None
     _said_at_s: float = -float("inf")
+    _formers: tuple[Places, Pose, tuple[Former, ...]] | None = None
+    """What it has told of these places from there."""
     _newest: int = -1
     _look: Look | None = None
 
@@ -118,7 +120,7 @@ class Reporter:
             number=0,
             turn=odometry.fence.turn if fresh or said is None else said.turn,
             place=odometry.pose,
-            formers=self.past.places.formers(odometry.pose),
+            formers=self._told_formers(odometry.pose),
             look=self._look,
             ended=0 if self.ended is None else self.ended.turn,
             placed=self.ended is not None and self.ended.placed,
@@ -128,6 +130,13 @@ class Reporter:
             counters=self.past.counters,
             counted=self.past.counted,
         )
+
+    def _told_formers(self, pose: Pose) -> tuple[Former, ...]:
+        """Where it stands on its former places: a robot that stands asks for the same again and again."""
+        places = self.past.places
+        if self._formers is None or self._formers[0] is not places or self._formers[1] != pose:
+            self._formers = places, pose, places.formers(pose)
+        return self._formers[2]
 
     def _seen(self) -> Seen | None:
         return self.memory.seen if self.answer is not None and self.answer.wants_map else None
