@@ -210,10 +210,11 @@ class Rehearsal:
                 self._exchange.network.send((to, arrival), now_s + delay_s)
 
     def _open(self, mail: Mail, to: Actor | Desk) -> tuple[tuple[float, Arrival], ...]:
-        now_s = self.world.now_s
         if isinstance(to, Actor):
             to.meet(mail.message)
             now_s = to.come_s
+        else:
+            now_s = self.world.now_s
         opened = self._exchange.open(mail, to, now_s=now_s, step=self._process_faults.step)
         for record in opened.records:
             self._write_for(to, record)
@@ -386,5 +387,6 @@ class Rehearsal:
     def _write(self, source: str, t_s: float, record: Record) -> None:
         entry = self._logbook.write(source, t_s, record)
         self._process_faults.hear(source, entry)
-        self.world.handle(EntryWritten(source, entry), wall_s=self.world.now_s)
-        self.world.handle(EntryRead(source, entry), wall_s=self.world.now_s)
+        now_s = self.world.now_s
+        self.world.handle(EntryWritten(source, entry), wall_s=now_s)
+        self.world.handle(EntryRead(source, entry), wall_s=now_s)
