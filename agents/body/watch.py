@@ -112,8 +112,11 @@ def good_for_s(view: View, target: Floats, mission: Mission) -> float:
     unsure_s, near = TIMES_S[(first_s < TIMES_S) & (last_s > TIMES_S)], soonest_s < last_s
     latest_s = unsure_s[-1:]  # what is not in the way by then is not in the way earlier
     near[near] = (swept_m(latest_s, near) < keep_m[near] + speed_mps * latest_s[:, None]).any(axis=0)
-    is_good = swept_m(unsure_s, near) >= keep_m[near] + speed_mps * unsure_s[:, None]
-    good_s = LONGEST_S / len(TIMES_S) * float((first_s >= TIMES_S).sum() + is_good.all(axis=1).sum())
+    good = len(unsure_s)
+    if near.any():
+        is_good = swept_m(unsure_s, near) >= keep_m[near] + speed_mps * unsure_s[:, None]
+        good = int(is_good.all(axis=1).sum())
+    good_s = LONGEST_S / len(TIMES_S) * float((first_s >= TIMES_S).sum() + good)
     if good_s < APPROACH_S:
         approach_m = swept_m(np.array(APPROACH_S), slice(None))
         approached = (approach_m < hull_m + speed_mps * APPROACH_S) & (approach_m < here_m - TOUCHING_M)

@@ -25,10 +25,9 @@ def leg_is_clear(seen: View, ahead: Floats, mission: Mission) -> bool:
 
 
 def leg_needs_closer_look(seen: View, ahead: Floats, mission: Mission) -> bool:
-    """Whether only what the scan may have missed blocks that way, and a closer look may show it."""
+    """Whether only what the scan may have missed blocks a leg that is not clear: a closer look helps."""
     return (
         closer(mission, len(seen.ranges_m)) is not None
-        and not leg_is_clear(seen, ahead, mission)  # first: most legs are
         and _leg_may_be_clear(seen, ahead, mission, rays=mission.closest_rays)
         and (leg_meets_nothing(seen, ahead, mission) or leg_is_certain(seen, ahead, mission))
     )

@@ -137,7 +137,9 @@ class Proposing:
 
         A robot whose own reports are lost has no answers either; others that move show that the view goes on.
         """
-        return self._suspicion.judges(now_s) and waits_s > self.timing_in(epoch).coordinator_s
+        # No epoch's time is less than that of the first, which is known without a `Timing` of its own.
+        may_be_so = waits_s > self._timing.coordinator_s and self._suspicion.judges(now_s)
+        return may_be_so and waits_s > self.timing_in(epoch).coordinator_s
 
     def _for_outsider(self, odometry: Odometry, reporter: Reporter | None, now_s: float) -> Reason | None:
         """Rule 4."""

@@ -22,13 +22,12 @@ from agents.membership.legs import leg_is_clear, leg_needs_closer_look, without_
 from agents.membership.past import Past
 from agents.membership.places import Places
 from agents.membership.turn import Ended, places_xy
-from agents.navigation.scan import View
 from agents.strand.memory import Memory
 from protocol.arrays import xy
 from protocol.fence import Epoch
 from protocol.frames import Pose
 from protocol.mission import Mission
-from protocol.wire.view import Answer, Formation, Join, Look, Question, Report, Seen
+from protocol.wire.view import Answer, Formation, Former, Join, Look, Report, Seen
 
 
 @dataclass(slots=True)
@@ -54,6 +53,8 @@ class Reporter:
     """Of the formation."""
     _said: Report | None = None
     _said_at_s: float = -float("inf")
+    _formers: tuple[Places, Pose, tuple[Former, ...]] | None = None
+    """What it has told of these places from there."""
     _newest: int = -1
     _look: Look | None = None
 
@@ -118,7 +119,7 @@ class Reporter:
             number=0,
             turn=odometry.fence.turn if fresh or said is None else said.turn,
             place=odometry.pose,
-            formers=self.past.places.formers(odometry.pose),
+            formers=self._told_formers(odometry.pose),
             look=self._look,
             ended=0 if self.ended is None else self.ended.turn,
             placed=self.ended is not None and self.ended.placed,
@@ -128,6 +129,13 @@ class Reporter:
             counters=self.past.counters,
             counted=self.past.counted,
         )
+
+    def _told_formers(self, pose: Pose) -> tuple[Former, ...]:
+        """Where it stands on its former places: a robot that stands asks for the same again and again."""
+        places = self.past.places
+        if self._formers is None or self._formers[0] is not places or self._formers[1] != pose:
+            self._formers = places, pose, places.formers(pose)
+        return self._formers[2]
 
     def _seen(self) -> Seen | None:
         return self.memory.seen if self.answer is not None and self.answer.wants_map else None
@@ -147,14 +155,13 @@ class Reporter:
         if scan is None:
             return senses.ask(now_s)
         seen = without_hulls(scan, places_xy(question.others), self.mission)
-        if question.place is not None and leg_needs_closer_look(seen, xy(question.place), self.mission):
+        if question.place is None:
+            self._look = Look(number=question.number, obstacle_m=seen.nearest_m)
+            return []
+        ahead = xy(question.place)
+        clear = leg_is_clear(seen, ahead, self.mission)
+        if not clear and leg_needs_closer_look(seen, ahead, self.mission):
             senses.look_closer(scan)
             return senses.ask(now_s)
-        self._look = self._judge(question, seen)
+        self._look = Look(number=question.number, clear=clear)
         return []
-
-    def _judge(self, question: Question, seen: View) -> Look:
-        if question.place is None:
-            return Look(number=question.number, obstacle_m=seen.nearest_m)
-        clear = leg_is_clear(seen, xy(question.place), self.mission)
-        return Look(number=question.number, clear=clear)

@@ -100,6 +100,9 @@ def _open_places(ahead: Floats, lines: Sequence[Floats], hits: Floats, mission: 
         x, y = (line[-1] - ahead) / longest_m
         along_m, across_m = x * x_m + y * y_m, x * y_m - y * x_m
         near = hits[(np.abs(across_m) < far_m) & (along_m > -far_m) & (along_m < longest_m + far_m)]
+        if len(near) == 0:
+            yield line
+            continue
         apart_m = np.hypot(*np.moveaxis(near[:, None] - line, -1, 0))
         off_m = distances_to_segments(near[:, None], line, ahead) * share - spacing_rad * apart_m
         yield line[off_m.min(axis=0, initial=np.inf) - mission.range_error_m_max >= least_m]

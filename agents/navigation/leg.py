@@ -125,11 +125,6 @@ def leg_meets_nothing(seen: View, end: Floats, mission: Mission) -> bool:
     return seen_m >= certain_clearance_m_min(mission)
 
 
-def is_unsure_of_leg(seen: View, end: Floats, mission: Mission) -> bool:
-    """Whether such a way is clear of all hits, but not of what the scan may have missed."""
-    return leg_meets_nothing(seen, end, mission) and not leg_is_certain(seen, end, mission)
-
-
 def place_is_clear(seen: View, mission: Mission) -> bool:
     """Whether another robot may come to where the scan was taken (rule 4)."""
     least_m = mission.clear_m - PASSED_SHARE * mission.mu0_m

@@ -25,8 +25,8 @@ from collections.abc import Sequence
 from agents.navigation.leg import (
     body_clearance_m,
     certain_clearance_m,
-    is_unsure_of_leg,
-    leg_is_certain,
+    certain_clearance_m_min,
+    leg_meets_nothing,
     seen_clearance_m,
 )
 from agents.navigation.scan import View
@@ -116,10 +116,12 @@ class Follower:
         may_look_closer = clear and closer(mission, len(view.ranges_m)) is not None
         if progress_m < own_leg_m - THERE_M:
             end = xy(path.at(min(vertex.s_m, own_leg_m)))
-            if may_look_closer and is_unsure_of_leg(seen, end, mission):
+            certain_m = certain_clearance_m(seen, end, mission)
+            is_certain = certain_m >= certain_clearance_m_min(mission)
+            if may_look_closer and not is_certain and leg_meets_nothing(seen, end, mission):
                 return LookCloser()
-            clear = clear and leg_is_certain(seen, end, mission)
-            clearance_m = min(clearance_m, certain_clearance_m(seen, end, mission))
+            clear = clear and is_certain
+            clearance_m = min(clearance_m, certain_m)
         until_m = vertex.s_m
         if self._bodies_left_out:
             seen_m = min(vertex.s_m, progress_m + self._bodies_seen_m)

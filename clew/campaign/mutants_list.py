@@ -150,7 +150,7 @@ MUTANTS = (
             ),
             Edit(
                 "agents/membership/reporting.py",
-                "        clear = leg_is_clear(seen, xy(question.place), self.mission)\n",
+                "        clear = leg_is_clear(seen, ahead, self.mission)\n",
                 "        clear = True\n",
             ),
         ),

@@ -1,6 +1,7 @@
 """Scatters obstacles over a rectangle [m; world frame], with a least gap between any two."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.random import Generator
@@ -11,6 +12,12 @@ from world.geometry.clearance import clearance, distances
 from world.geometry.shapes import Circle, Polygon, ground_of
 
 TRIES = 200  # so many failures in a row mean that the field is full
+
+
+class _Placed(NamedTuple):
+    obstacle: Obstacle
+    low: Floats
+    high: Floats
 
 
 def scatter(
@@ -32,36 +39,33 @@ def scatter(
         least_width_m: gap between obstacles, and to the sides along x; 0: they may overlap.
         unit_m: unit of the sizes of shapes.
     """
-    placed: list[Obstacle] = []
+    placed: list[_Placed] = []
+    beside = np.array([0.0, least_width_m])
     covered_m2, in_vain = 0.0, 0
     while covered_m2 < density * size_m[0] * size_m[1] and in_vain < TRIES:
         drawn = draws[int(chance.integers(len(draws)))](chance, unit_m)
-        obstacle = moved(drawn, chance.uniform((0.0, 0.0), size_m))
-        if _is_inside(obstacle, size_m, least_width_m) and _is_apart(obstacle, placed, least_width_m):
-            placed.append(obstacle)
-            covered_m2 += area_m2(obstacle)
-            in_vain = 0
-        else:
-            in_vain += 1
-    return placed
+        by_m = chance.uniform((0.0, 0.0), size_m)
+        low, high = extent(drawn, by_m)
+        in_vain += 1
+        # First: most that are drawn are not inside, and to make an obstacle takes longer.
+        if (low >= beside).all() and (high <= size_m - beside).all():
+            one = _Placed(moved(drawn, by_m), low, high)
+            if _is_apart(one, placed, least_width_m):
+                placed.append(one)
+                covered_m2 += area_m2(one.obstacle)
+                in_vain = 0
+    return [each.obstacle for each in placed]
 
 
-def _is_inside(obstacle: Obstacle, size_m: tuple[float, float], least_width_m: float) -> bool:
-    low, high = extent(obstacle)
-    beside = np.array([0.0, least_width_m])
-    return bool((low >= beside).all() and (high <= np.array(size_m) - beside).all())
-
-
-def _is_apart(obstacle: Obstacle, placed: Sequence[Obstacle], least_width_m: float) -> bool:
+def _is_apart(one: _Placed, placed: Sequence[_Placed], least_width_m: float) -> bool:
     if least_width_m == 0.0:
         return True
-    low, high = extent(obstacle)
     near = [
-        other
-        for other, (other_low, other_high) in ((other, extent(other)) for other in placed)
-        if (np.maximum(other_low - high, low - other_high) < least_width_m).all()
+        other.obstacle
+        for other in placed
+        if (np.maximum(other.low - one.high, one.low - other.high) < least_width_m).all()
     ]
-    return not near or _apart_m(obstacle, near) >= least_width_m
+    return not near or _apart_m(one.obstacle, near) >= least_width_m
 
 
 def _apart_m(obstacle: Obstacle, others: Sequence[Obstacle]) -> float:

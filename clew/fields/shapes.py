@@ -141,14 +141,15 @@ def moved(obstacle: Obstacle, by_m: Floats) -> Obstacle:
             return polygon(obstacle.ring_m + by_m)
 
 
-def extent(obstacle: Obstacle) -> tuple[Floats, Floats]:
-    """Its least and greatest x and y."""
+def extent(obstacle: Obstacle, by_m: Floats | float = 0.0) -> tuple[Floats, Floats]:
+    """The least and greatest x and y of the obstacle, moved."""
     match obstacle:
         case Circle():
-            centre = np.array(obstacle.centre_m)
+            centre = np.round(np.array(obstacle.centre_m) + by_m, DECIMALS)
             return centre - obstacle.radius_m, centre + obstacle.radius_m
         case Polygon():
-            return obstacle.ring_m.min(axis=0), obstacle.ring_m.max(axis=0)
+            ring = np.round(obstacle.ring_m + by_m, DECIMALS)
+            return ring.min(axis=0), ring.max(axis=0)
 
 
 def area_m2(obstacle: Obstacle) -> float:

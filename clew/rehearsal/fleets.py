@@ -11,7 +11,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from clew.rehearsal.endless_law import asked_to_end_in_laws
-from clew.rehearsal.recorded import Recorded
+from clew.rehearsal.recorded import KEPT_BYTES, Recorded
 from clew.rehearsal.rehearsal import Asked, nobody_asks
 from protocol.arrays import Floats
 from protocol.faults.plan import NO_FAULTS, Plan
@@ -49,8 +49,11 @@ class RecordedFleets:
             prepare_together(folder, shared, Settings(seed=seed))
             for name, scenario in scenarios.items():
                 make_folder(folder / name)
+                say_of = self._sayer(name)
                 recorded = opening.enter_context(
-                    Recorded(scenario, seed_of(seed, name), folder / name, plan, self._sayer(name))
+                    Recorded(
+                        scenario, seed_of(seed, name), folder / name, plan, say_of, keeps_bytes=KEPT_BYTES
+                    )
                 )
                 recorded.rehearsal.world.arena.share_ground(self.hulls.others_of(name))
                 self.fleets[name] = recorded

@@ -6,9 +6,9 @@ Rule 2: while the router is down, all messages are lost. When it is back, all to
 """
 
 from collections import Counter
-from pathlib import Path
+from collections.abc import Callable
 
-from agents.process.journal import Head, open_journal
+from agents.process.journal import Head, Journal
 from agents.process.watching import watched_by
 from agents.robot import Robot
 from clew.rehearsal.actor import Actor, Desk
@@ -25,18 +25,26 @@ from protocol.laws import find
 from protocol.mission import Mission
 from world.chance import stream
 
+Journals = Callable[[Head], Journal]
+"""What opens the journal of a robot's process."""
+
+
+def no_journal(_: Head) -> Journal:
+    """Write nothing."""
+    return Journal()
+
 
 class Processes:
     """All processes by number: robots from 1, the world is 0."""
 
-    def __init__(self, mission: Mission, seed: int, inputs: Path | None = None) -> None:
+    def __init__(self, mission: Mission, seed: int, journals: Journals = no_journal) -> None:
         self.actors: dict[int, Actor] = {}
         """The live processes of robots."""
         self.desk = Desk(WORLD)
         self.router_is_up = True
         self.tokens = Tokens()
         self._mission = mission
-        self._inputs = inputs  # the folder for the robots' journals
+        self._journals = journals
         self._seed = seed
         self._lives: Counter[int] = Counter()
         self._show(WORLD_NUMBER)
@@ -47,7 +55,7 @@ class Processes:
         again = self._lives[robot] > 1
         life = self._draw_life(robot)
         head = Head(robot=robot, incarnation=incarnation, mission=self._mission, life=life, again=again)
-        journal = open_journal(self._inputs, head)
+        journal = self._journals(head)
         core = Robot(robot, self._mission, life=life, again=again)
         actor = Actor(robot, robot_name(robot), incarnation, core, journal)
         self.actors[robot] = actor

@@ -9,9 +9,11 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Self
 
+from agents.process.journal import open_journal
 from clew.rehearsal.endless_law import asked_to_end_in_laws
 from clew.rehearsal.rehearsal import Asked, Rehearsal, nobody_asks
 from protocol.errors import UsageError
@@ -27,6 +29,7 @@ from world.record.run_files import header_of, prepare_folder, save_verdict
 from world.scenario.scenario import Scenario
 
 EPOCH = "1970-01-01T00:00:00+00:00"  # the start of each rehearsal by its own clock; `hlc` counts from there
+KEPT_BYTES = 16_384  # of each journal in memory, where nobody looks before the end
 FINGERPRINT_LENGTH = 12  # 48 bits: enough to distinguish scenarios in the name of a run
 
 
@@ -39,7 +42,10 @@ def rehearse(
         UsageError: the folder already holds a run, or the fault plan does not fit the fleet.
         RecordingFailedError: the timeline or the verdict cannot be written.
     """
-    with asked_to_end_in_laws() as asked, Recorded(scenario, seed, folder, plan, say) as recorded:
+    with (
+        asked_to_end_in_laws() as asked,
+        Recorded(scenario, seed, folder, plan, say, keeps_bytes=KEPT_BYTES) as recorded,
+    ):
         for _ in recorded.ticks(lambda: asked[-1] if asked else None):
             pass
         return recorded.judge()
@@ -53,7 +59,14 @@ class Recorded:
     """
 
     def __init__(
-        self, scenario: Scenario, seed: int, folder: Path, plan: Plan, say: Callable[[str], None]
+        self,
+        scenario: Scenario,
+        seed: int,
+        folder: Path,
+        plan: Plan,
+        say: Callable[[str], None],
+        *,
+        keeps_bytes: int = 0,
     ) -> None:
         self._started_at = datetime.now(UTC).isoformat(timespec="seconds")
         self._started_wall_s, self._started_cpu_s = time.monotonic(), time.process_time()
@@ -62,8 +75,9 @@ class Recorded:
         self._lives: Counter[str] = Counter()
         try:
             prepare_folder(folder, scenario, plan, Settings(seed=seed))
+            journals = partial(open_journal, folder / INPUTS, keeps_bytes=keeps_bytes)
             self._recorder = Recorder(self._file, _header(scenario, plan, seed), syncs=False)
-            self.rehearsal = Rehearsal(scenario, seed, plan, inputs=folder / INPUTS)
+            self.rehearsal = Rehearsal(scenario, seed, plan, journals=journals)
         except BaseException as error:
             self._file.close()
             if isinstance(error, UsageError):  # nothing has happened yet

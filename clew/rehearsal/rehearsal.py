@@ -11,7 +11,6 @@ Rule 5: process faults are injected at the beginning of a tick, except for those
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
 
 from agents.commands import AskScan, Order, Put, Say, Tell
 from agents.commands import Command as RobotCommand
@@ -27,7 +26,7 @@ from clew.rehearsal.actor import Actor, Arrival, Desk
 from clew.rehearsal.exchange import Exchange
 from clew.rehearsal.logbook import Logbook
 from clew.rehearsal.mail import Mail, event_for_robot, event_for_world
-from clew.rehearsal.processes import Processes, check_rehearsable
+from clew.rehearsal.processes import Journals, Processes, check_rehearsable, no_journal
 from clew.rehearsal.token_events import TokenEvent, key_of, to_robot, to_world
 from clew.rehearsal.tokens import Seen
 from protocol.errors import MessageRefusedError
@@ -61,7 +60,7 @@ class Rehearsal:
     """
 
     def __init__(
-        self, scenario: Scenario, seed: int, plan: Plan = NO_FAULTS, *, inputs: Path | None = None
+        self, scenario: Scenario, seed: int, plan: Plan = NO_FAULTS, *, journals: Journals = no_journal
     ) -> None:
         check_rehearsable(plan, scenario.mission())
         self.world = World(scenario, seed=seed, wall_s=0.0)
@@ -69,7 +68,7 @@ class Rehearsal:
         self.plan = plan
         self._exchange = Exchange(plan, seed)
         self._process_faults = ProcessFaults(plan, seed)
-        self._processes = Processes(scenario.mission(), seed, inputs)
+        self._processes = Processes(scenario.mission(), seed, journals)
         self._logbook = Logbook()
         self._asked: Asked = nobody_asks
         self._stopped = False
@@ -211,10 +210,11 @@ class Rehearsal:
                 self._exchange.network.send((to, arrival), now_s + delay_s)
 
     def _open(self, mail: Mail, to: Actor | Desk) -> tuple[tuple[float, Arrival], ...]:
-        now_s = self.world.now_s
         if isinstance(to, Actor):
             to.meet(mail.message)
             now_s = to.come_s
+        else:
+            now_s = self.world.now_s
         opened = self._exchange.open(mail, to, now_s=now_s, step=self._process_faults.step)
         for record in opened.records:
             self._write_for(to, record)
@@ -387,5 +387,6 @@ class Rehearsal:
     def _write(self, source: str, t_s: float, record: Record) -> None:
         entry = self._logbook.write(source, t_s, record)
         self._process_faults.hear(source, entry)
-        self.world.handle(EntryWritten(source, entry), wall_s=self.world.now_s)
-        self.world.handle(EntryRead(source, entry), wall_s=self.world.now_s)
+        now_s = self.world.now_s
+        self.world.handle(EntryWritten(source, entry), wall_s=now_s)
+        self.world.handle(EntryRead(source, entry), wall_s=now_s)

@@ -137,6 +137,8 @@ class MessageFaults:
     def cut_off(self, processes: Iterable[str], *, now_s: float, step: int) -> set[str]:
         """Those of the processes that are cut off from the router: they reach nobody, and show no token."""
         cuts = [rule for rule in self._cuts if rule.holds(now_s, step)]
+        if not cuts:
+            return set()
         return {
             each
             for each in processes

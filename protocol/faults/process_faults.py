@@ -84,7 +84,8 @@ class ProcessFaults:
         self._later: list[tuple[float, int, ProcessFault]] = []
         self._count = 0  # breaks ties, so that faults due together keep their order
         self._reached: Counter[tuple[str, str]] = Counter()  # by rule and robot
-        self._told_step = 0
+        self.step = 0
+        """The newest switching step that is known to be planned."""
 
     def turn_to(self, plan: Plan) -> None:
         """Use this plan from now on; a rule that has struck does not strike again under the same name."""
@@ -98,11 +99,6 @@ class ProcessFaults:
         self.has_points |= any(rule.point is not None for rule in self._pending.values())
         self.ended.expect(plan.rules)
 
-    @property
-    def step(self) -> int:
-        """The newest switching step that is known to be planned."""
-        return max(self.roles.step, self._told_step)
-
     def delay_s(self, rule: str) -> float:
         """The delay of the rule with this name; 0: it slows nothing."""
         known = self._rules.get(rule)
@@ -115,13 +111,14 @@ class ProcessFaults:
 
     def catch_up(self, struck: Iterable[str], step: int) -> None:
         """Learn which rules have struck elsewhere, and the newest switching step."""
-        self._told_step = max(self._told_step, step)
+        self.step = max(self.step, step)
         for rule in struck:
             self._pending.pop(rule, None)
 
     def hear(self, source: str, entry: Entry) -> None:
         """Process a timeline entry."""
         self.roles.hear(source, entry)
+        self.step = max(self.step, self.roles.step)
         self.ended.hear(source, entry)
         match entry.record:
             case FaultInjected(rule=rule, fault=action, process=str(process)) if rule in self._rules:

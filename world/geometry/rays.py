@@ -45,7 +45,7 @@ def cast(
     rays = _rays_in(bearings_rad.tobytes())
     ranges_m = np.minimum(
         _cast_at_ellipses(round_shapes, origin_in_world, rays, range_m_max=range_m_max),
-        _cast_at_edges(ground, origin_in_world, rays),
+        _cast_at_edges(ground, origin_in_world, rays, range_m_max=range_m_max),
     )
     return np.minimum(ranges_m, range_m_max)
 
@@ -98,11 +98,14 @@ def _cast_at_ellipses(ellipses: Floats, origin: Floats, rays: _Rays, *, range_m_
     return first_m
 
 
-def _cast_at_edges(ground: Ground, origin: Floats, rays: _Rays) -> Floats:
+def _cast_at_edges(ground: Ground, origin: Floats, rays: _Rays, *, range_m_max: float) -> Floats:
     edges, (middles, half_lengths_m) = ground.edges, ground.edge_middles
     if winding(edges, origin[None])[2].sum() != 0.0:
         return np.zeros_like(rays.cosine)
-    edge, ray = _in_sight(middles - origin, half_lengths_m, rays)
+    offsets = middles - origin
+    near = _reaches(offsets, half_lengths_m, range_m_max + TOUCHING_M)
+    edges = edges[near]
+    edge, ray = _in_sight(offsets[near], half_lengths_m[near], rays)
     cosine, sine = rays.cosine[ray], rays.sine[ray]
     x, y = (edges[:, 0::2] - origin[0]).T, (edges[:, 1::2] - origin[1]).T
     beside_m = y[:, edge] * cosine - x[:, edge] * sine  # (2, p): both ends, across the ray

@@ -172,3 +172,20 @@ def test_an_input_is_on_disk_as_soon_as_the_decision_on_it_is(tmp_path: Path) ->
     _, turns = read(tmp_path / "r3-0a1b.clew")
     assert [each.decision is None for each in turns] == [False, False, True]
     journal.close()
+
+
+def test_what_a_journal_keeps_is_on_disk_when_it_is_closed(tmp_path: Path) -> None:
+    names = ("kept", "at once")
+    kept, at_once = (open_journal(tmp_path / names[i], HEAD, keeps_bytes=2000 * (1 - i)) for i in (0, 1))
+    paths = [tmp_path / name / "r3-0a1b.clew" for name in names]
+    for turn in range(60):
+        for journal in (kept, at_once):
+            journal.hear(HEARD, turn / 10.0)
+            journal.decide(DECIDED)
+    _, turns = read(paths[0])
+    assert 0 < len(turns) < 60, "more than it keeps has been written, and the rest has not"
+    kept.close()
+    at_once.close()
+    assert len(read(paths[0])[1]) == 60
+    assert read(paths[0])[1] == read(paths[1])[1]
+    assert paths[0].stat().st_size < paths[1].stat().st_size, "it is packed in few pieces"

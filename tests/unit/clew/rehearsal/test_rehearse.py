@@ -17,11 +17,13 @@ from agents.process.journal import Given, Journal, decided
 from agents.robot import Robot
 from clew.log import timeline
 from clew.log.check import check
+from clew.log.journals.recording import Recording
 from clew.rehearsal import endless_law, rehearsal
-from clew.rehearsal.recorded import rehearse
+from clew.rehearsal.recorded import Recorded, rehearse
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
 from protocol.faults.plan import load as load_plan
+from protocol.network.session import INPUTS
 from protocol.root import ROOT
 from protocol.timeline import kind_of
 from tests.support.campaigns import clew, closed, scene
@@ -201,3 +203,29 @@ def test_its_processor_time_begins_with_the_rehearsal(
     (tmp_path / "run").mkdir()
     assert rehearse(scenario, 1, tmp_path / "run", lambda _: None).cpu_s == 2.5
     assert read_verdict(tmp_path / "run").cpu_s == 2.5
+
+
+def test_journals_of_a_rehearsal_that_fails_hold_all_that_was_decided(tmp_path: Path) -> None:
+    grove, plan = load("grove"), load_plan("leader-killed")
+
+    def fail(said: str) -> None:
+        if "plans step 3" in said:
+            raise ZeroDivisionError
+
+    (tmp_path / "kept").mkdir()
+    (tmp_path / "at once").mkdir()
+    with pytest.raises(ZeroDivisionError):
+        rehearse(grove, 0, tmp_path / "kept", fail, plan)
+    with (
+        pytest.raises(ZeroDivisionError),
+        Recorded(grove, 0, tmp_path / "at once", plan, fail, keeps_bytes=0) as recorded,
+    ):
+        for _ in recorded.ticks():
+            pass
+    at_once = sorted((tmp_path / "at once" / INPUTS).iterdir())
+    assert len(at_once) == 5
+    for path in at_once:
+        kept = Recording(tmp_path / "kept" / INPUTS / path.name)
+        turns = list(Recording(path).turns())
+        assert list(kept.turns()) == turns
+        assert turns[-1].decision is not None
