@@ -10,7 +10,8 @@ Rule 3: where it knows no way on, and the strand has lost robots, it wants anoth
 Rule 4: after each step that it gives up, but the first ones in an epoch, it waits before it plans again, for
         a time that its life draws. Else two leaders that see the same give way to each other for ever.
 Rule 5 (safety): if it began too near to something, the robots behind do not come there. It wants a view when
-        it has gone on. Where obstacles move, too: a permission to move keeps off contact alone.
+        it has gone on. Where obstacles move, too: a permission to move keeps off contact alone. For
+        liveness: if it begins so at the goal, and robots are left out, a step leads to where others may come.
 """
 
 import math
@@ -141,9 +142,8 @@ class Leading:
         if strand.grants.withheld and not self._begins:
             self._reason = Reason(Cause.MISFIT, "it began too near to something for others to come there")
             return []
-        if leader.is_done(self._position()):
-            strand.lead_on()
-            return [Note(GoalReached(**self._here())), *self._arrive()]
+        if leader.is_done(self._position()) and not (self._begins and self._some_are_left_out):
+            return self._reach_goal()
         if self._lost or self._is_pausing(now_s):
             return []
         if self._off_path_m > self._mission.mu0_m and self._mission.promises_clearance:
@@ -167,13 +167,16 @@ class Leading:
         return now_s < self._plans_again_s and not (self._waits and self._strand.quiet_s >= SETTLED_S)
 
     def _planned(self, leader: Leader, scan: View, now_s: float, room_m: float | None) -> Plan:
-        strand = self._strand
-        if strand.behind is not None and self._begins:
+        strand, is_done = self._strand, leader.is_done(self._position())
+        ground = strand.grants.ground
+        if self._begins and (is_done or strand.behind is not None):
             too_near = self._is_too_near(scan)
-            strand.grants.withhold(too_near=too_near)
+            strand.grants.withhold(too_near=too_near and strand.behind is not None)
             if too_near and closer(self._mission, len(scan.ranges_m)) is not None:
                 return LookCloser()
-        ground = strand.grants.ground
+            if is_done:
+                aside = leader.make_way(scan, ground, epoch=strand.number) if too_near else None
+                return Crossed() if aside is None else aside
         planned = leader.plan(
             scan,
             ground,
@@ -219,7 +222,7 @@ class Leading:
             case StepPlanned():
                 return self._begin(planned)
             case Crossed():
-                return [Note(GoalReached(**self._here())), *self._arrive()]
+                return self._reach_goal()
             case LookCloser():
                 return self._senses.ask(now_s)
             case NoStep(reason) if self._is_lost(now_s):
@@ -275,11 +278,13 @@ class Leading:
         """Whether the fleet has left robots out, now or in a former strand: maps may show their bodies."""
         return self._some_are_left_out or self._strand.counters.heals > 0
 
-    def _arrive(self) -> list[Command]:
+    def _reach_goal(self) -> list[Command]:
+        self._strand.lead_on()
+        reached = Note(GoalReached(**self._here()))
         if self._arrived:
-            return []
+            return [reached]
         self._arrived = True
-        return [Note(RobotArrived(progress_m=self._driver.progress_m))]
+        return [reached, Note(RobotArrived(progress_m=self._driver.progress_m))]
 
     def _position(self) -> Floats:
         return xy(self._driver.odometry.pose)

@@ -32,6 +32,8 @@ HEALS: list[Healing] = [
     ("waited-for-the-dead", 14064, 18.564, ()),
     # The last robot at the goal stands between the one ahead and a body: there is room before it only.
     ("between-a-body-and-the-robot-ahead", 260331, 16.686, ()),
+    # A robot that has arrived alone stands so near to a body that no leg may end there.
+    ("alone-at-the-goal-beside-a-body", 19064, 16.713, ()),
     # The leader is started again between the formation and its ALL, and is lost by that, not by silence.
     ("started-again-before-its-all", 321421, 7.079, ()),
 ]
