@@ -225,7 +225,7 @@ WRONG = {
 
 def test_a_wrong_marker_fails_its_test_and_says_why(tmp_path: Path) -> None:
     test = "@pytest.mark.clew({})\ndef test_a{}(clew_rehearsal, clew_seed): pass\n"
-    complaints = {}
+    complaints: dict[str, str] = {}
     for name, wrong in WRONG.items():
         tests = [test.format(asked, number) for number, asked in enumerate(wrong)]
         (tmp_path / f"test_{name}.py").write_text("\n".join([HEAD, *tests]), encoding="utf-8")
