@@ -55,10 +55,9 @@ OTHERS_TOO += ["robot-restarted"]
 """Other tests read runs of the grove under these; `Runs` looks that they break no invariant."""
 
 
-def rehearsed(tmp_path: Path, *rules: Rule, seed: int = 1, far_m: float = 4.0) -> Rehearsal:
+def rehearsed(tmp_path: Path, *rules: Rule, seed: int = 1) -> Rehearsal:
     """Five robots in a corridor, under these rules."""
-    length_m = far_m + 2.0
-    path = scene(tmp_path / "posts.json", goal=[far_m, 0.0], bounds=[0.0, -1.0, length_m, 1.0])
+    path = scene(tmp_path / "posts.json", goal=[4.0, 0.0], bounds=[0.0, -1.0, 6.0, 1.0])
     return Rehearsal(load_scenario(str(path)), seed, Plan(name="test", rules=rules)).run()
 
 
