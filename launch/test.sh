@@ -95,19 +95,28 @@ check_types_and_scripts() {
     check_page
 }
 
+# All workers begin with the same file, so where no test was compiled before, each would compile them all.
+compile_tests() {
+    ((chosen)) || compgen -G 'tests/__pycache__/*pytest*' >/dev/null ||
+        "$python" -m pytest --collect-only -qq >/dev/null 2>&1 || true # what is wrong the runs themselves tell
+}
+
 chosen=$(($# > 0))
 check ruff check
 check ruff format --check
-set -m # so that each is a process group, which an interrupt ends
-check_fleets "$@" >"$said/fleets" 2>&1 &
-beside+=($!)
-# What only computes gives way to the fleets, and computes while those wait.
-renice -n 19 -p $$ >/dev/null || true # without util-linux it costs the tests some time
+set -m # so that each of both beside the tests is a process group, which an interrupt ends
 check_types_and_scripts >"$said/types" 2>&1 &
 beside+=($!)
 set +m
+compile_tests
+set -m
+check_fleets "$@" >"$said/fleets" 2>&1 &
+beside+=($!)
+set +m
+# What only computes gives way to the fleets, and computes while those wait.
+renice -n 19 -p $$ -g "${beside[0]}" >/dev/null || true # without util-linux it costs the tests some time
 check_tests -m "not processes$short" -n auto --dist worksteal "$@"
-tail -n +1 -f --pid="${beside[0]}" "$said/fleets"
+tail -n +1 -f --pid="${beside[1]}" "$said/fleets"
 for each in "${beside[@]}"; do
     wait "$each" || note_failed "what ran beside the tests"
 done

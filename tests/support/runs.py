@@ -28,7 +28,8 @@ class Runs:
             if not (run / VERDICT_FILE).exists():
                 run.mkdir()
                 plan = load_plan(faults) if faults else NO_FAULTS
-                rehearse(load(scenario), seed, run, lambda _: None, plan)
+                verdict = rehearse(load(scenario), seed, run, lambda _: None, plan)
+                assert not any(verdict.violations_by_invariant.values()), verdict.reason
                 assert differences(run) == [], "the second judge agrees"
         return run
 

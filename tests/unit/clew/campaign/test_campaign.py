@@ -376,7 +376,7 @@ def test_workers_start_with_requests_to_end_blocked(
     assert "Traceback" not in complaints
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, *long([signal.SIGTERM])])
 def test_an_interrupted_campaign_says_so_and_can_be_continued(
     scenes: Path, going: subprocess.Popen[str], number: signal.Signals
 ) -> None:

@@ -8,6 +8,7 @@ from click.testing import Result
 
 from protocol.root import ROOT
 from tests.support.campaigns import clew, scene, told
+from tests.support.deadline import DEADLINE_S
 from world.scenario.reading import SCENARIOS
 
 
@@ -51,8 +52,14 @@ def test_what_a_law_prints_is_no_part_of_the_result(
 
 
 def test_a_law_that_never_returns_is_named_where_the_time_is_up(here: Path) -> None:
-    (here / "mylaw.py").write_text("import threading\ndef mine(seen): threading.Event().wait()\n")
-    asked = ("-n", "1", "--jobs", "1", "--law", "mylaw.py:mine", "--wall-s-max", "2")
+    """The law itself lets the time be up while it is asked: a slow machine may need long to come there."""
+    (here / "mylaw.py").write_text(
+        "import signal, threading\n"
+        "def mine(seen):\n"
+        "    signal.setitimer(signal.ITIMER_REAL, 0.01)\n"
+        "    threading.Event().wait()\n"
+    )
+    asked = ("-n", "1", "--jobs", "1", "--law", "mylaw.py:mine", "--wall-s-max", str(DEADLINE_S))
     clew("campaign", "one.json", *asked, "--out", "out")
     (first,) = told(here / "out")["episodes"]
     assert "struck at t=" in first["reason"]
