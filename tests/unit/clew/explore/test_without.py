@@ -14,12 +14,9 @@ SECONDS = 60.0
 SETTINGS = {str(each.setting): each.setting for each in RULES.values()}
 CLEAN = [RULES[rule].setting for rule in ("F2", "F4", "F5")]  # these are soon explored
 CLEAN += [setting for setting in SETTINGS.values() if setting not in CLEAN]
-# The dearest. Tests of one part fail without these rules, too: `test_bodies.py` without F1, `test_fence.py`
-# without F3 and `test_senses.py` without F6.
-DEAR = ["F1", "F3", "F6"]
 
 
-@pytest.mark.parametrize("rule", [*(rule for rule in RULES if rule not in DEAR), *long(DEAR)])
+@pytest.mark.parametrize("rule", RULES)
 def test_without_a_rule_its_promise_breaks_within_a_minute(rule: str) -> None:
     *_, last = explore_without(rule, SECONDS)
     assert last.explored.broken is not None
