@@ -16,7 +16,7 @@ from tests.support.long import long
 
 SEED = 19  # three robots; its own faults start nobody again
 RESTARTED = 16  # here they do
-LITTLE, LEAST = Limits(instants_max=3, below_max=1), Limits(instants_max=1, below_max=0)
+LITTLE, LEAST = Limits(roots_max=3, below_max=1), Limits(roots_max=1, below_max=0)
 
 pytestmark = pytest.mark.usefixtures("no_child_is_left")
 
@@ -51,8 +51,8 @@ def test_the_outcome_of_a_search_that_finds_nothing_is_that_of_the_seeds_own_fau
 
 
 @pytest.mark.long
-def test_the_rarest_instants_have_futures_and_the_deepest_futures_have_none() -> None:
-    limits = Limits(instants_max=2, below_max=9, depth_max=1)
+def test_the_first_instants_have_futures_and_the_deepest_futures_have_none() -> None:
+    limits = Limits(roots_max=2, below_max=9, depth_max=1)
     assert search(episode_of(SEED), Corpus(), limits).outcome.futures == 2
 
 
@@ -61,7 +61,7 @@ def test_the_first_future_that_surprises_ends_the_search_and_its_line_replays_it
 ) -> None:
     break_at_restarts(monkeypatch)
     assert play(episode_of(SEED)).surprise is Surprise.NONE
-    outcome = search(episode_of(SEED), Corpus(), Limits(instants_max=20)).outcome
+    outcome = search(episode_of(SEED), Corpus(), Limits()).outcome
     assert outcome.surprise is Surprise.VIOLATION
     assert f"--seeds {SEED} --future {outcome.branches} --keep" in outcome.replay
     (*_, last) = read_branches(outcome.branches)
@@ -85,3 +85,4 @@ def test_a_future_that_surprises_in_a_fork_only_is_a_surprise_of_its_own(
     outcome = search(episode_of(SEED), Corpus(), LITTLE).outcome
     assert outcome.surprise is Surprise.CRASHED
     assert "in a fork only" in outcome.reason
+    assert outcome.branches.startswith("0.021:"), "the first instant is the begin of the run"
