@@ -52,11 +52,10 @@ from world.bodies.arena import ODOMETRY_TICKS
 class Limits(Struct, frozen=True, kw_only=True):
     """How much a search may play."""
 
-    roots_max: int = 6
+    roots_max: int = 8
     """Futures of the seed's own run, from its first instants."""
     below_max: int = 7
     """Futures of each of them, and theirs."""
-    depth_max: int = 4
 
 
 class Instant(NamedTuple):
@@ -223,8 +222,7 @@ class _Run:
         self._branches, self._swarm = branches, branched(self._swarm, branches)
         self._rehearsal.turn_to(self._swarm.plan)
         self._rehearsal.world.limit(float(self._swarm.world["time"]["time_s_max"]))
-        is_deepest = len(branches) >= self._limits.depth_max
-        self._left = 0 if is_deepest else self._left - 1
+        self._left -= 1
         self.futures, self.visits, self._heard = 1, Counter(), len(self._rehearsal.entries)
         if not self._ends_well():
             self.surprise = said(branches)

@@ -29,8 +29,9 @@ from protocol.faults.rules import (
 )
 from protocol.keys import WORLD, robot_name
 
-EVENT, MAIL = 0.85, 0.85  # how often a strike has a fault of a process, and of messages; one at least
-AIMED = 0.7  # share of faults of processes that affect the robot in focus
+EVENT = 0.85  # how often a strike has a fault of a process
+MAIL = (0, 1, 1, 2, 2)  # how many it has of messages; one at least, if it has no other
+AIMED = 0.8  # share of faults of processes that affect the robot in focus
 KINDS: tuple[Kinds, ...] = (
     *((),) * 2,
     *(("drive",),) * 2,
@@ -75,9 +76,9 @@ class _Aim:
 def strike(draws: Draws, window: Window, robot: int) -> list[Rule]:
     """The faults of a strike on this robot."""
     aim = _Aim(draws, tuple(names(window)), robot_name(robot))
-    event, mail = draws.chance(EVENT), draws.chance(MAIL)
-    rules = [draws.pick(_EVENTS)(aim)] if event or not mail else []
-    return [*rules, _of_mail(aim)] if mail else rules
+    events = [draws.pick(_EVENTS)(aim)] if draws.chance(EVENT) else []
+    mail = max(draws.pick(MAIL), 1 - len(events))
+    return [*events, *(_of_mail(aim) for _ in range(mail))]
 
 
 def _of_mail(aim: _Aim) -> Rule:
@@ -137,4 +138,4 @@ def _world(aim: _Aim) -> Rule:
     return Restart(target=WORLD, after_s=aim.draws.scale(0.1, 1.0), from_s=aim.begins_s())
 
 
-_EVENTS: tuple[Callable[[_Aim], Rule], ...] = (_restart, _restart, _restart, _kill, _freeze, _cut, _world)
+_EVENTS: tuple[Callable[[_Aim], Rule], ...] = (*(_restart,) * 5, _kill, _freeze, _cut, _world)

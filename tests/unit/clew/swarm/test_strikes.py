@@ -19,19 +19,18 @@ def named(rule: Rule) -> set[str]:
     return {rule.target}
 
 
-def test_a_strike_is_a_fault_of_a_process_and_one_of_messages_or_one_of_the_two() -> None:
-    kinds = Counter(
-        tuple("message" if isinstance(rule, MailRule) else "process" for rule in struck(seed))
-        for seed in range(300)
-    )
-    assert kinds.keys() == {("process",), ("message",), ("process", "message")}
-    assert kinds["process", "message"] > 180
+def test_a_strike_has_at_most_one_fault_of_a_process_and_two_of_messages_and_one_at_least() -> None:
+    strikes = [struck(seed) for seed in range(300)]
+    mail = Counter(sum(isinstance(rule, MailRule) for rule in each) for each in strikes)
+    assert mail.keys() == {0, 1, 2}
+    assert {len(each) for each in strikes} == {1, 2, 3}
+    assert max(sum(not isinstance(rule, MailRule) for rule in each) for each in strikes) == 1
 
 
 def test_most_faults_of_processes_are_on_its_robot() -> None:
     events = [rule for seed in range(300) for rule in struck(seed) if not isinstance(rule, MailRule)]
     on = [named(rule) for rule in events if named(rule) != {"world"}]
-    assert 0.65 < sum("r3" in names for names in on) / len(on) < 0.85
+    assert 0.75 < sum("r3" in names for names in on) / len(on) < 0.92
 
 
 def test_its_faults_of_messages_are_short_and_begin_at_once() -> None:
