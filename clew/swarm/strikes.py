@@ -2,7 +2,8 @@
 
 Rule 1: most faults of a strike affect the robot in focus: most breaches need two faults that meet, such as an
         order that is late and the restart of its robot.
-Rule 2: times count from the moment. All faults of messages are short, so that the fleet acts on what remains.
+Rule 2: times count from the moment. Faults of messages begin with it and are short, so that the fleet acts
+        on what remains.
 Rule 3: of late messages each has its own delay, or all have the same: so some arrive in another order, and
         some all at once in another epoch.
 """
@@ -34,8 +35,8 @@ MAIL = (0, 1, 1, 2, 2)  # how many it has of messages; one at least, if it has n
 AIMED = 0.8  # share of faults of processes that affect the robot in focus
 KINDS: tuple[Kinds, ...] = (
     *((),) * 2,
-    *(("drive",),) * 2,
-    ("raise", "turn"),
+    *(("drive",),) * 3,
+    *(("raise", "turn"),) * 3,
     ("odometry",),
     ("scan",),
     VIEWS,
@@ -54,7 +55,6 @@ class _Limits(TypedDict):
     sender: tuple[str, ...]
     receiver: tuple[str, ...]
     kinds: Kinds
-    from_s: float
     until_s: float
 
 
@@ -89,23 +89,16 @@ def _of_mail(aim: _Aim) -> Rule:
     if kinds and kinds[0] in TO_WORLD | FROM_WORLD:
         is_from = kinds[0] in TO_WORLD
     sender, receiver = (whose, ()) if is_from else ((), whose)
-    from_s = 0.0 if draws.chance(0.5) else aim.begins_s()
-    until_s, late_s = round(from_s + draws.scale(*LASTS_S), 3), draws.scale(*LATE_S)
-    limits: _Limits = {
-        "sender": sender,
-        "receiver": receiver,
-        "kinds": kinds,
-        "from_s": from_s,
-        "until_s": until_s,
-    }
-    match draws.whole(1, 11):
+    until_s, late_s = draws.scale(*LASTS_S), draws.scale(*LATE_S)
+    limits: _Limits = {"sender": sender, "receiver": receiver, "kinds": kinds, "until_s": until_s}
+    match draws.whole(1, 12):
         case 1:
             return Drop(**limits)
         case 2:
             return Duplicate(delay_s_max=late_s, **limits)
-        case 3:
+        case 3 | 4:
             return Corrupt(bits=draws.whole(1, 8), **limits)
-        case each if each <= 7:
+        case each if each % 2:
             return Delay(delay_s_max=late_s, **limits)
         case _:
             return Delay(delay_s_min=round(late_s * 0.95, 3), delay_s_max=late_s, **limits)

@@ -38,6 +38,7 @@ def test_its_faults_of_messages_are_short_and_begin_at_once() -> None:
         for rule in struck(seed):
             assert rule.from_s <= BEGINS_S[1]
             if isinstance(rule, MailRule):
+                assert rule.from_s == 0.0
                 assert rule.until_s is not None
                 assert rule.until_s - rule.from_s <= LASTS_S[1]
 
