@@ -1,34 +1,15 @@
-"""The cells that a campaign has reached, how often, and which instants are worth futures. Pure.
+"""The cells that a campaign has reached, how often, and how many futures an instant is worth. Pure.
 
-Rule 1: an instant is as rare as the rarest cell that its run has reached there. Of equally rare ones, those
-        at which a view forms come first, and then the earlier ones.
-Rule 2: of a run that has been played, the rarest instants count. In a run that goes on, an instant has two
-        futures where a cell is new, one while few runs have reached it, and after that one with a probability
-        that falls with their number.
+Rule: an instant is as rare as the rarest cell that the fleet is in there. It has two futures while few runs
+      have reached that cell, and after that one.
 """
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Collection, Iterable, Mapping
 
 from clew.guided.cells import Cell
-from clew.swarm.draws import Draws
 
-NEW = 2  # futures of an instant at which a cell is new
-FEW = 4  # runs that have reached a cell, up to which each instant has a future
-
-ALWAYS = 0.25  # the least probability: each world is new, also where no cell is
-
-
-class Instant(NamedTuple):
-    """An instant of a run."""
-
-    tick: int
-    t_s: float
-    cells: frozenset[Cell]
-    """What the run has reached there, and not before."""
-    view_changes: bool
-    """Whether a view forms: most rules are about that."""
+FEW = 4  # runs
 
 
 class Corpus:
@@ -52,24 +33,6 @@ class Corpus:
         """Count the cells of a whole search."""
         self.visits.update(visits)
 
-    def rarest(self, instants: Sequence[Instant], count: int, apart_s: float) -> list[Instant]:
-        """The rarest instants of a run, in order of time, at least so far apart."""
-        chosen: list[Instant] = []
-        for each in sorted(instants, key=self._rarity):
-            if len(chosen) < count and all(abs(each.t_s - other.t_s) >= apart_s for other in chosen):
-                chosen.append(each)
-        return sorted(chosen)
-
-    def _rarity(self, instant: Instant) -> tuple[int, bool, int]:
-        """Rule 1. A number of runs counts by its doublings. An early future takes the least time."""
-        visits = min(self.visits[cell] for cell in instant.cells)
-        return visits.bit_length(), not instant.view_changes, instant.tick
-
-    def worth(self, cells: Collection[Cell], draws: Draws) -> int:
-        """Rule 2: how many futures to play from an instant of a run that goes on."""
-        rarest = min((self.visits[cell] for cell in cells), default=None)
-        if rarest is None:
-            return 0
-        if rarest == 0:
-            return NEW
-        return int(rarest <= FEW or draws.chance(max(FEW / rarest, ALWAYS)))
+    def worth(self, cells: Collection[Cell]) -> int:
+        """How many futures to play from an instant at which the fleet is in these cells."""
+        return 2 if min((self.visits[cell] for cell in cells), default=0) <= FEW else 1

@@ -27,11 +27,9 @@ def look(rehearsal: Rehearsal) -> set[Cell]:
 
 
 def in_focus(rehearsal: Rehearsal) -> Sequence[int]:
-    """The robots on which most depends now: the view's coordinator, and those that move or may move."""
-    fence, moving = rehearsal.world.arena.fence, rehearsal.world.bodies.moving.tolist()
-    robots = [robot for robot, moves in enumerate(moving, start=1) if moves]
-    robots += [robot for robot in (fence.epoch.robot, fence.epoch.robot, fence.robot) if robot > 0]
-    return robots or range(1, len(moving) + 1)
+    """The robots on which most depends now: the view's coordinator; any, where there is none."""
+    coordinator = rehearsal.world.arena.fence.epoch.robot
+    return [coordinator] if coordinator else range(1, len(rehearsal.world.bodies.moving) + 1)
 
 
 class _Faults:

@@ -5,6 +5,8 @@ Rule 1: both ways begin with the same seeds, in the same mutated copy of the sou
         the replay in the copy.
 Rule 2: each trial begins with other seeds, and a guided one with no known cells. Figures are medians;
         a trial that catches nothing is worse than any that does.
+Rule 3: guided and uniform trials alternate. The CPU time of the same work doubles on a busy machine, and then
+        it does for both.
 """
 
 import math
@@ -23,6 +25,7 @@ from clew.campaign.mutants import apply, by, is_catch, outcomes_in
 from clew.campaign.mutants_worker import WALL_S_MAX
 
 GUIDED_WORKER, UNIFORM_WORKER = "clew.guided.mutants_worker", "clew.campaign.mutants_worker"
+HARD_SEEDS = 10  # in the median of the uniform trials
 TRIALS_APART = 10_000  # seeds between the first seeds of two trials: more than any trial plays
 
 
@@ -60,8 +63,14 @@ class Compared(Struct, frozen=True, kw_only=True):
     guided: Way
     uniform: Way
     seeds_ratio: float | None
-    """How many times fewer seeds the guided way takes in the median; None: one of the medians is missing."""
+    """How many times fewer seeds the guided way takes in the median; at least so many times where the uniform
+    median is missing, None where the guided one is."""
     cpu_ratio: float | None
+
+    @property
+    def is_hard(self) -> bool:
+        """Whether uniform seeds need long. What the first seed catches cannot be caught much sooner."""
+        return median(each.seeds for each in self.uniform.trials) >= HARD_SEEDS
 
 
 class Comparison(Struct, frozen=True, kw_only=True):
@@ -70,6 +79,9 @@ class Comparison(Struct, frozen=True, kw_only=True):
     mutants: tuple[Compared, ...]
     seeds_ratio_median: float | None
     cpu_ratio_median: float | None
+    seeds_ratio_median_hard: float | None
+    """Of those that uniform seeds catch after `HARD_SEEDS` or more, in the median."""
+    cpu_ratio_median_hard: float | None
 
 
 def compare(mutant: Mutant, trials: int, cpu_s_max: float) -> Compared:
@@ -81,28 +93,40 @@ def compare(mutant: Mutant, trials: int, cpu_s_max: float) -> Compared:
     firsts = [1 + TRIALS_APART * trial for trial in range(trials)]
     with TemporaryDirectory(prefix="clew-mutant-") as name:
         apply(mutant, Path(name))
-        guided = _way([_trial(mutant, Path(name), GUIDED_WORKER, first, cpu_s_max) for first in firsts])
-        uniform = _way([_trial(mutant, Path(name), UNIFORM_WORKER, first, cpu_s_max) for first in firsts])
+        pairs = [
+            [
+                _trial(mutant, Path(name), worker, first, cpu_s_max)
+                for worker in (GUIDED_WORKER, UNIFORM_WORKER)
+            ]
+            for first in firsts
+        ]
+    guided, uniform = (_way(trials) for trials in zip(*pairs, strict=True))
     return Compared(
         mutant=mutant.name,
         rule=mutant.rule,
         seeds_max=mutant.seeds_max,
         guided=guided,
         uniform=uniform,
-        seeds_ratio=_ratio(uniform.seeds_median, guided.seeds_median),
-        cpu_ratio=_ratio(uniform.cpu_s_median, guided.cpu_s_median),
+        seeds_ratio=_ratio([each.seeds for each in uniform.trials], guided.seeds_median),
+        cpu_ratio=_ratio([each.cpu_s for each in uniform.trials], guided.cpu_s_median),
     )
 
 
 def summed_up(mutants: Sequence[Compared]) -> Comparison:
     """All mutants, and the medians of the ratios that there are."""
-    seeds = [each.seeds_ratio for each in mutants if each.seeds_ratio is not None]
-    cpu = [each.cpu_ratio for each in mutants if each.cpu_ratio is not None]
+    hard = [each for each in mutants if each.is_hard]
     return Comparison(
         mutants=tuple(mutants),
-        seeds_ratio_median=median(seeds) if seeds else None,
-        cpu_ratio_median=median(cpu) if cpu else None,
+        seeds_ratio_median=_median_of([each.seeds_ratio for each in mutants]),
+        cpu_ratio_median=_median_of([each.cpu_ratio for each in mutants]),
+        seeds_ratio_median_hard=_median_of([each.seeds_ratio for each in hard]),
+        cpu_ratio_median_hard=_median_of([each.cpu_ratio for each in hard]),
     )
+
+
+def _median_of(ratios: Sequence[float | None]) -> float | None:
+    """The median; what no guided trial has caught is worse than all that are."""
+    return _median([-math.inf if each is None else each for each in ratios]) if ratios else None
 
 
 def _trial(mutant: Mutant, folder: Path, worker: str, first: int, cpu_s_max: float) -> Trial:
@@ -143,5 +167,6 @@ def _median(figures: Sequence[float]) -> float | None:
     return None if math.isinf(middle) else middle
 
 
-def _ratio(uniform: float | None, guided: float | None) -> float | None:
-    return None if uniform is None or guided is None else uniform / guided
+def _ratio(uniform: Sequence[float], guided: float | None) -> float | None:
+    """A uniform trial that gave up counts with what it spent: it would have taken more."""
+    return None if guided is None else median(uniform) / guided

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
+from msgspec.structs import replace
 
 from clew.campaign.campaign import drawn_episode
 from clew.campaign.mutants_worker import WALL_S_MAX
@@ -21,7 +22,8 @@ def main(arguments: Sequence[str]) -> int:
     first, last = map(int, arguments)
     known = Corpus()
     for seed in range(first, last + 1):
-        found = search(drawn_episode(seed, Path(), "", wall_s_max=WALL_S_MAX), known, Limits())
+        episode = replace(drawn_episode(seed, Path(), "", wall_s_max=WALL_S_MAX), judged=True)
+        found = search(episode, known, Limits())
         known.merge(found.visits)
         sys.stdout.buffer.write(msgspec.json.encode(found.outcome) + b"\n")
         sys.stdout.flush()

@@ -1,21 +1,23 @@
-"""The guided search of one seed: its own run, and futures from where that has reached something rare. Shell.
+"""The guided search of one seed: its own run, and futures from instants at which a view begins. A shell.
 
-Rule 1: the seed's own run is played first, to its end. Then it is played again up to its rarest instants.
+Rule 1: the seed's own run is played first, to its end. Then it is played again up to its first instants.
         There the process forks, the fork plays a future to its end, and only then the run goes on. A future
-        forks in the same way at the first rare instants that it comes to. So a search goes depth first, and
-        needs no other process.
-Rule 2: which futures are played depends on the seed and on the cells known before, on nothing else. So a
+        forks in the same way at the first instants that it comes to. So a search goes depth first, and needs
+        no other process.
+Rule 2: an instant is the begin of a run, or a new epoch of the fence. There a fleet agrees anew who may do
+        what, and mail of before is on its way.
+Rule 3: which futures are played depends on the seed and on the cells known before, on nothing else. So a
         search is the same every time.
-Rule 3: a future that surprises is played again from the start, without forks; that outcome counts.
-Rule 4: a run is judged as it goes, and ended once something is broken.
+Rule 4: a future that surprises is played again from the start, without forks; that outcome counts.
+Rule 5: a run is judged as it goes, and ended once something is broken.
 """
 
-import math
 import resource
 import signal
 import time
 from collections import Counter
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import msgspec
 from msgspec import Struct
@@ -36,30 +38,31 @@ from clew.campaign.episode import (
     wall_clock_limit,
 )
 from clew.guided.cells import Cell
-from clew.guided.corpus import Corpus, Instant
+from clew.guided.corpus import Corpus
 from clew.guided.forks import in_a_fork
 from clew.guided.look import in_focus, look
 from clew.rehearsal.rehearsal import Rehearsal
 from clew.swarm.draws import Draws
-from clew.swarm.futures import Branch, Branches, branch_at, branched, said
+from clew.swarm.futures import Branches, branch_at, branched, said
 from protocol.exit_codes import ExitCode
-from protocol.fence import May
-from protocol.timeline import PromiseBroken
+from protocol.timeline import FenceChanged, PromiseBroken
 from world.bodies.arena import ODOMETRY_TICKS
 
 
 class Limits(Struct, frozen=True, kw_only=True):
     """How much a search may play."""
 
-    instants_max: int = 4
-    """Instants of the seed's own run from which futures are played."""
-    futures_each: int = 1
-    """Futures from each of them."""
-    below_max: int = 3
-    """Futures of one future: with all, a search takes some three times the CPU time of the seed's own run."""
-    depth_max: int = 4
-    apart_s: float = 0.3
-    """Time between two instants from which futures are played: a report, its answer and a turn."""
+    roots_max: int = 8
+    """Futures of the seed's own run, from its first instants."""
+    below_max: int = 7
+    """Futures of each of them, and theirs."""
+
+
+class Instant(NamedTuple):
+    """Rule 2."""
+
+    tick: int
+    t_s: float
 
 
 class Played(Struct, frozen=True):
@@ -92,7 +95,7 @@ def search(episode: Episode, known: Corpus, limits: Limits) -> Found:
     corpus.add(visits)
     if outcome.surprise is Surprise.NONE:
         run = _Run(episode, corpus, limits)
-        run.branch_out(known.rarest(own.instants, limits.instants_max, limits.apart_s))
+        run.branch_out(own.instants[: limits.roots_max])
         futures, visits = run.futures, visits + run.visits
         if run.surprise is not None:
             outcome = _again(replace(episode, branches=run.surprise))
@@ -102,7 +105,7 @@ def search(episode: Episode, known: Corpus, limits: Limits) -> Found:
 
 
 def _again(future: Episode) -> Outcome:
-    """Rule 3. A future that does not surprise again is a bug of ours: it is not decided by its seed."""
+    """Rule 4. A future that does not surprise again is a bug of ours: it is not decided by its seed."""
     outcome = play(future)
     if outcome.surprise is not Surprise.NONE:
         return outcome
@@ -129,8 +132,7 @@ class _Run:
         self._left = 0
         """How many futures it may still have."""
         self._reached: set[Cell] = set()
-        self._forked_s = -math.inf
-        self._looked_at = 0
+        self._heard = 0
         """How many entries have been looked at."""
         self.instants: list[Instant] = []
         self.futures = 0
@@ -143,7 +145,7 @@ class _Run:
         try:
             with wall_clock_limit(self._episode.wall_s_max):
                 self._go_on()
-                if self._rehearsal.world.judgement is None:  # rule 4
+                if self._rehearsal.world.judgement is None:  # rule 5
                     self._rehearsal.stop(ExitCode.TERMINATED)
                     for _ in self._ticks:
                         pass
@@ -158,21 +160,26 @@ class _Run:
         for instant in instants:
             while next(self._ticks)[0] < instant.tick:
                 pass
-            draws = Draws(self._episode.seed, f"guided/{instant.t_s}")
-            for future in range(1, self._limits.futures_each + 1):
+            for future in range(1, self._limits.roots_max // len(instants) + 1):
                 self._left = 1 + self._limits.below_max
-                self._fork(branch_at(instant.t_s, draws.pick(in_focus(self._rehearsal)), future))
+                self._fork(instant.t_s, future)
                 if self.surprise is not None:
                     return
 
     def _go_on(self) -> None:
         """Play to the end, or until a future surprises."""
         for tick, now_s in self._ticks:
-            if tick % ODOMETRY_TICKS:
+            if tick % ODOMETRY_TICKS and tick > 1:
                 continue  # most of what cells tell changes with odometry only
-            if self._breaks():
+            new = [entry.record for _, entry in self._rehearsal.entries[self._heard :]]
+            self._heard += len(new)
+            if any(isinstance(each, PromiseBroken) for each in new):  # rule 5
                 return
-            self._pass(tick, now_s)
+            reached = look(self._rehearsal)
+            self.visits.update(reached - self._reached)
+            self._reached |= reached
+            if tick == 1 or any(isinstance(each, FenceChanged) and each.turn == 0 for each in new):
+                self._pass(Instant(tick, now_s), reached)
             if self.surprise is not None:
                 return
 
@@ -188,32 +195,17 @@ class _Run:
             return True  # of a future of this one
         return judgement is not None and not judgement.breaches
 
-    def _breaks(self) -> bool:
-        """Rule 4: the world's judge records what it finds."""
-        new, self._looked_at = self._rehearsal.entries[self._looked_at :], len(self._rehearsal.entries)
-        return any(isinstance(entry.record, PromiseBroken) for _, entry in new)
-
-    def _pass(self, tick: int, now_s: float) -> None:
-        """Look at what is new, and play futures from here, as many as the instant is worth."""
-        fresh = frozenset(look(self._rehearsal) - self._reached)
-        if not fresh:
-            return
-        self._reached |= fresh
-        self.visits.update(fresh)
-        view_changes = self._rehearsal.world.arena.fence.may is not May.ALL
-        self.instants.append(Instant(tick, now_s, fresh, view_changes))
-        if self._left == 0 or now_s - self._forked_s < self._limits.apart_s:
-            return
-        self._forked_s = now_s
-        draws = Draws(self._episode.seed, f"guided/{said(self._branches)}/{now_s}")
-        worth = self._corpus.worth(fresh, draws)
-        self._corpus.add(fresh)
-        for future in range(1, worth + 1):
+    def _pass(self, instant: Instant, reached: set[Cell]) -> None:
+        """Play futures from this instant, as many as it is worth and as are left."""
+        self.instants.append(instant)
+        for future in range(1, self._corpus.worth(reached) + 1):
             if self._left > 0 and self.surprise is None:
-                self._fork(branch_at(now_s, draws.pick(in_focus(self._rehearsal)), future))
+                self._fork(instant.t_s, future)
 
-    def _fork(self, branch: Branch) -> None:
+    def _fork(self, now_s: float, future: int) -> None:
         """Rule 1."""
+        draws = Draws(self._episode.seed, f"guided/{said(self._branches)}/{now_s}/{future}")
+        branch = branch_at(now_s, draws.pick(in_focus(self._rehearsal)), future)
         branches = (*self._branches, branch)
         left_s, _ = signal.setitimer(signal.ITIMER_REAL, 0.0)  # a fork has a wall-clock limit of its own
         told = in_a_fork(lambda: self._play_future(branches))
@@ -230,9 +222,8 @@ class _Run:
         self._branches, self._swarm = branches, branched(self._swarm, branches)
         self._rehearsal.turn_to(self._swarm.plan)
         self._rehearsal.world.limit(float(self._swarm.world["time"]["time_s_max"]))
-        is_deepest = len(branches) >= self._limits.depth_max
-        self._left = 0 if is_deepest else self._left - 1
-        self.futures, self.visits = 1, Counter()
+        self._left -= 1
+        self.futures, self.visits, self._heard = 1, Counter(), len(self._rehearsal.entries)
         if not self._ends_well():
             self.surprise = said(branches)
         return msgspec.msgpack.encode(Played(self.surprise, self.futures, dict(self.visits)))

@@ -1,7 +1,8 @@
-"""Futures of a swarm's episode: the same plan up to an instant, and other faults from then on. Pure.
+"""Futures of a swarm's episode: the same plan, and a strike at an instant. Pure.
 
-Rule 1: a future is named by its seed and its branches. Each branch is an instant and a number, and draws its
-        faults from these alone. So a future is a plain plan that can be played from the start.
+Rule 1: a future is named by its seed and its branches. Each branch is an instant, a robot and a number, and
+        draws its strike from these alone; the faults of before go on. So a future is a plain plan that can
+        be played from the start.
 Rule 2: up to the instant of its last branch, a future is the same to the byte as the future without it. So
         a run may be forked there instead of being played again.
 Rule 3: a future ends `HORIZON_S` after its last branch, and is checked for safety: its world has that time
@@ -17,7 +18,6 @@ from collections.abc import Sequence
 from msgspec import Struct
 from msgspec.structs import replace
 
-from clew.swarm.classes import ADVERSARY, INDEPENDENT, FaultClass, draw_rules
 from clew.swarm.draws import Draws
 from clew.swarm.strikes import strike
 from clew.swarm.swarm import Mode, Swarm, draw
@@ -27,18 +27,13 @@ from protocol.faults.plan import Plan
 from protocol.faults.rules import Drop, Kill, Partition, Rule, StepPoint
 from protocol.keys import robot_name
 
-HORIZON_S = 2.5  # the faults of a strike begin within 0.6 s, and the next view drives within 1.5 s of a death
-KEEPS = 0.6  # share of futures in which the faults of before go on: most breaches need two faults at once
-OPENS_S = (0.0, 1.0)  # faults of a future begin near its instant: that is what it was branched for
-STRIKES = 0.8  # share of futures with a strike; the others have one or two classes of a swarm
-CLASSES_MAX = 2
+HORIZON_S = 2.0  # the faults of a strike begin within 0.8 s, and most of what they break is broken by then
 NEVER_S = 1e6  # longer than any run
 AFTER_S = (
     0.001  # a branch lies just after the tick at which a run is forked: that tick has its messages behind it
 )
 DECIMALS = 3
 
-_POOL = (*ADVERSARY, *ADVERSARY, *INDEPENDENT)
 IDLE: tuple[Rule, ...] = (
     Drop(name="idle-drop", from_s=NEVER_S),
     Partition(name="idle-partition", group=(robot_name(1),), from_s=NEVER_S),
@@ -101,47 +96,23 @@ def draw_future(seed: int, branches: Branches) -> Swarm:
 
 def branched(swarm: Swarm, branches: Branches) -> Swarm:
     """The future of a swarm that has all of these branches but the last."""
-    from_s, purpose = branches[-1].from_s, f"future/{said(branches)}"
-    draws = Draws(swarm.seed, purpose)
-    rules = swarm.plan.rules
-    kept = list(rules) if draws.chance(KEEPS) else clipped(rules, from_s, swarm.outside)
-    window = Window(int(swarm.world["fleet"]["robots"]), None, OPENS_S)
-    classes: list[FaultClass] = []
-    if draws.chance(STRIKES):
-        drawn = strike(Draws(swarm.seed, f"{purpose}/strike"), window, branches[-1].robot)
-    else:
-        classes = list(dict.fromkeys(draws.pick(_POOL) for _ in range(draws.whole(1, CLASSES_MAX))))
-        drawn = [
-            rule
-            for each in classes
-            for rule in draw_rules(each, Draws(swarm.seed, f"{purpose}/{each}"), window)
-        ]
+    from_s = branches[-1].from_s
+    window = Window(int(swarm.world["fleet"]["robots"]), None)
+    drawn = strike(Draws(swarm.seed, f"future/{said(branches)}"), window, branches[-1].robot)
     named = [later(rule, from_s, f"{branches[-1]}-{place}") for place, rule in enumerate(drawn, start=1)]
     ends_s = round(from_s + HORIZON_S, DECIMALS)
     return dataclasses.replace(
-        replaced(swarm, (*kept, *named), tuple(dict.fromkeys((*swarm.classes, *classes)))),
+        replaced(swarm, (*swarm.plan.rules, *named)),
         mode=Mode.SAFETY,
         world=swarm.world | {"time": swarm.world["time"] | {"time_s_max": ends_s}},
         quiet_s=math.inf,
     )
 
 
-def replaced(swarm: Swarm, rules: Sequence[Rule], classes: tuple[FaultClass, ...] = ()) -> Swarm:
-    """The swarm with other rules, and with these classes if there are any."""
+def replaced(swarm: Swarm, rules: Sequence[Rule]) -> Swarm:
+    """The swarm with other rules."""
     plan = Plan(name=swarm.plan.name, description=swarm.plan.description, rules=tuple(rules))
-    return dataclasses.replace(swarm, plan=plan, classes=classes or swarm.classes)
-
-
-def clipped(rules: Sequence[Rule], from_s: float, outside: frozenset[int]) -> list[Rule]:
-    """The rules without what they do from this time on. Permanent faults of robots outside stay."""
-    kept: list[Rule] = []
-    for rule in rules:
-        if rule in IDLE or _is_permanent(rule, outside):
-            kept.append(rule)
-        elif rule.from_s < from_s:
-            ends_s = from_s if rule.until_s is None else min(rule.until_s, from_s)
-            kept.append(replace(rule, until_s=ends_s))
-    return kept
+    return dataclasses.replace(swarm, plan=plan)
 
 
 def later(rule: Rule, by_s: float, name: str) -> Rule:
@@ -153,10 +124,3 @@ def later(rule: Rule, by_s: float, name: str) -> Rule:
         from_s=round(rule.from_s + by_s, DECIMALS),
         until_s=until_s,
     )
-
-
-def _is_permanent(rule: Rule, outside: frozenset[int]) -> bool:
-    """Whether this may be the permanent fault of a robot outside; in liveness mode all others end."""
-    if not outside or rule.until_s is not None:
-        return False
-    return isinstance(rule, Drop | Partition)

@@ -17,13 +17,11 @@ class Window:
     robots: int
     until_s: float | None
     """None: faults last to the end."""
-    opens_s: tuple[float, float] = BEGINS_S
-    """The range of times at which faults begin in a window that does not close before."""
 
     @property
     def begins_s(self) -> tuple[float, float]:
         """The range of times at which faults may begin."""
-        low_s, high_s = self.opens_s
+        low_s, high_s = BEGINS_S
         return low_s, high_s if self.until_s is None else min(high_s, self.until_s - SOON_S)
 
     def ends_s(self, from_s: float, draws: Draws) -> float | None:

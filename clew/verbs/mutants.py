@@ -102,15 +102,24 @@ def _comparison_table(comparison: "Comparison") -> "Table":
             each.mutant,
             _figure(guided.seeds_median),
             _figure(uniform.seeds_median),
-            _figure(each.seeds_ratio, 1),
+            _least(each, each.seeds_ratio),
             _figure(guided.cpu_s_median, 1),
             _figure(uniform.cpu_s_median, 1),
-            _figure(each.cpu_ratio, 1),
+            _least(each, each.cpu_ratio),
             f"{guided.caught}, {uniform.caught} of {len(guided.trials)}",
         )
-    ratios = comparison.seeds_ratio_median, comparison.cpu_ratio_median
-    drawn.add_row("median", "", "", _figure(ratios[0], 1), "", "", _figure(ratios[1], 1), "")
+    for name, seeds, cpu in (
+        ("median", comparison.seeds_ratio_median, comparison.cpu_ratio_median),
+        ("hard ones", comparison.seeds_ratio_median_hard, comparison.cpu_ratio_median_hard),
+    ):
+        drawn.add_row(name, "", "", _figure(seeds, 1), "", "", _figure(cpu, 1), "")
     return drawn
+
+
+def _least(compared: "Compared", ratio: float | None) -> str:
+    """A ratio, and that it may be more."""
+    is_least = ratio is not None and compared.uniform.cpu_s_median is None
+    return f"{'at least ' if is_least else ''}{_figure(ratio, 1)}"
 
 
 def _figure(figure: float | None, decimals: int = 0) -> str:

@@ -9,14 +9,17 @@ from clew.campaign.episode import Episode, Surprise, play
 from clew.guided import search as searches
 from clew.guided.corpus import Corpus
 from clew.guided.search import Found, Limits, search
-from clew.swarm.futures import HORIZON_S, read_branches
+from clew.rehearsal.rehearsal import Rehearsal
+from clew.swarm.futures import HORIZON_S, Branch, branch_at, draw_future, read_branches
+from protocol.timeline import FenceChanged
 from tests.support.breaking import break_at_restarts
 from tests.support.deadline import DEADLINE_S
 from tests.support.long import long
+from world.bodies.arena import ODOMETRY_TICKS, TICK_S
 
 SEED = 19  # three robots; its own faults start nobody again
 RESTARTED = 16  # here they do
-LITTLE, LEAST = Limits(instants_max=3, below_max=1), Limits(instants_max=1, below_max=0)
+LITTLE, LEAST = Limits(roots_max=3, below_max=1), Limits(roots_max=1, below_max=0)
 
 pytestmark = pytest.mark.usefixtures("no_child_is_left")
 
@@ -51,9 +54,27 @@ def test_the_outcome_of_a_search_that_finds_nothing_is_that_of_the_seeds_own_fau
 
 
 @pytest.mark.long
-def test_the_rarest_instants_have_futures_and_the_deepest_futures_have_none() -> None:
-    limits = Limits(instants_max=2, below_max=9, depth_max=1)
-    assert search(episode_of(SEED), Corpus(), limits).outcome.futures == 2
+def test_the_first_instants_have_futures_and_these_as_many_as_they_may() -> None:
+    assert search(episode_of(SEED), Corpus(), Limits(roots_max=2, below_max=0)).outcome.futures == 2
+    assert 2 < search(episode_of(SEED), Corpus(), Limits(roots_max=2, below_max=3)).outcome.futures <= 8
+
+
+def test_a_run_forks_at_its_begin_and_where_the_fence_has_a_new_epoch(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    forked_s: list[float] = []
+
+    def noting(now_s: float, robot: int, future: int) -> Branch:
+        forked_s.append(now_s)
+        return branch_at(now_s, robot, future)
+
+    monkeypatch.setattr(searches, "branch_at", noting)
+    search(episode_of(SEED), Corpus(), Limits(roots_max=2, below_max=0))
+    own = draw_future(SEED, ())
+    entries = Rehearsal(own.scenario, SEED, own.plan).run().entries
+    first_s = next(entry.t_s for _, entry in entries if isinstance(entry.record, FenceChanged))
+    assert forked_s[0] == TICK_S
+    assert first_s <= forked_s[1] <= first_s + ODOMETRY_TICKS * TICK_S
 
 
 def test_the_first_future_that_surprises_ends_the_search_and_its_line_replays_it(
@@ -61,7 +82,7 @@ def test_the_first_future_that_surprises_ends_the_search_and_its_line_replays_it
 ) -> None:
     break_at_restarts(monkeypatch)
     assert play(episode_of(SEED)).surprise is Surprise.NONE
-    outcome = search(episode_of(SEED), Corpus(), Limits(instants_max=20)).outcome
+    outcome = search(episode_of(SEED), Corpus(), Limits()).outcome
     assert outcome.surprise is Surprise.VIOLATION
     assert f"--seeds {SEED} --future {outcome.branches} --keep" in outcome.replay
     (*_, last) = read_branches(outcome.branches)
@@ -85,3 +106,4 @@ def test_a_future_that_surprises_in_a_fork_only_is_a_surprise_of_its_own(
     outcome = search(episode_of(SEED), Corpus(), LITTLE).outcome
     assert outcome.surprise is Surprise.CRASHED
     assert "in a fork only" in outcome.reason
+    assert outcome.branches.startswith("0.021:"), "the first instant is the begin of the run"

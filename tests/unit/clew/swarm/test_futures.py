@@ -72,7 +72,7 @@ def test_without_branches_a_future_is_the_episode_of_its_seed(seed: int) -> None
     assert timeline(begin(draw_future(seed, ())).run()) == timeline(begin(draw(seed)).run())
 
 
-def test_up_to_its_branch_a_future_has_the_faults_of_before() -> None:
+def test_a_future_has_the_faults_of_before_and_others_from_its_branch_on() -> None:
     for seed in SEEDS:
         before, (first, *_) = draw_future(seed, ()), two_branches(seed)
         after = draw_future(seed, (first,))
@@ -81,6 +81,9 @@ def test_up_to_its_branch_a_future_has_the_faults_of_before() -> None:
                 [rule.name for rule in each.plan.rules if rule.holds(now_s, 0)] for each in (before, after)
             ]
             assert active[0] == active[1]
+        rules = after.plan.rules
+        assert rules[: len(before.plan.rules)] == before.plan.rules
+        assert all(rule.from_s >= first.from_s for rule in rules[len(before.plan.rules) :])
 
 
 def test_futures_differ_by_seed_instant_robot_and_number() -> None:

@@ -1,0 +1,77 @@
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from clew.campaign.episode import Outcome, Surprise
+from clew.campaign.mutant import mutant
+from clew.guided import mutants
+from clew.guided.mutants import GUIDED_WORKER, UNIFORM_WORKER, compare, summed_up
+
+BROKEN = mutant("broken", "a rule", "file.py", "before", "after", breaks=("F1",))
+CPU_S = 2.0  # of each seed
+EACH = {GUIDED_WORKER: 3, UNIFORM_WORKER: 40}
+"""After how many seeds a trial catches the mutant."""
+
+
+def outcome(seed: int, *, caught: bool) -> Outcome:
+    return Outcome(
+        key=str(seed),
+        scene="",
+        family="",
+        seed=seed,
+        robots=3,
+        robots_left_out=0,
+        ok=not caught,
+        ending="",
+        reason="",
+        surprise=Surprise.VIOLATION if caught else Surprise.NONE,
+        violations_by_invariant={"F1": int(caught)},
+        wall_s=0.0,
+        cpu_s=CPU_S,
+        replay="",
+    )
+
+
+@pytest.fixture
+def workers(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The workers that were asked, in order; none plays anything."""
+    asked: list[str] = []
+
+    def outcomes_in(_: Path, worker: str, first: int, last: int) -> Iterator[Outcome]:
+        asked.append(worker)
+        for seed in range(first, last + 1):
+            yield outcome(seed, caught=seed == first + EACH[worker] - 1)
+
+    monkeypatch.setattr(mutants, "apply", lambda _mutant, _folder: None)
+    monkeypatch.setattr(mutants, "outcomes_in", outcomes_in)
+    monkeypatch.setattr(mutants, "_passes_unmutated", lambda _: True)
+    return asked
+
+
+def test_guided_and_uniform_trials_alternate(workers: list[str]) -> None:
+    compare(BROKEN, 2, 1e3)
+    assert workers == [GUIDED_WORKER, UNIFORM_WORKER] * 2
+
+
+@pytest.mark.usefixtures("workers")
+def test_the_ratio_is_of_medians_and_at_least_that_of_what_uniform_trials_spent_before_they_gave_up() -> None:
+    compared = compare(BROKEN, 3, 1e3)
+    assert compared.cpu_ratio == pytest.approx(40 / 3)
+    gave_up = compare(BROKEN, 3, 20 * CPU_S)
+    assert gave_up.uniform.cpu_s_median is None
+    assert gave_up.cpu_ratio == pytest.approx(20 / 3)
+    assert compare(BROKEN, 3, CPU_S).cpu_ratio is None
+
+
+@pytest.mark.usefixtures("workers")
+def test_mutants_that_uniform_seeds_catch_early_are_not_in_the_median_of_the_hard_ones(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    hard = compare(BROKEN, 1, 1e3)
+    monkeypatch.setitem(EACH, UNIFORM_WORKER, 3)
+    easy = compare(BROKEN, 1, 1e3)
+    comparison = summed_up([hard, easy, easy])
+    assert comparison.cpu_ratio_median == pytest.approx(1.0)
+    assert comparison.cpu_ratio_median_hard == pytest.approx(40 / 3)
+    assert summed_up([easy]).cpu_ratio_median_hard is None
