@@ -68,6 +68,7 @@ OF_VIEWS = (
                 "if whole is None:",
             ),
         ),
+        seed=11,
         breaks=("F2", "F5"),
     ),
     mutant(
@@ -263,7 +264,7 @@ OF_VIEWS = (
             ),
             Edit("agents/membership/membership.py", "        self._senses.forget()\n", ""),
         ),
-        seed=54,
+        seed=45,
         breaks=("F6",),
     ),
     mutant(
