@@ -95,16 +95,16 @@ check_types_and_scripts() {
     check_page
 }
 
-# All workers begin with the same file, so where no test was compiled before, each would compile them all.
+# All workers collect from the same first file on: if no test is compiled yet, each would compile them all.
 compile_tests() {
     ((chosen)) || compgen -G 'tests/__pycache__/*pytest*' >/dev/null ||
-        "$python" -m pytest --collect-only -qq >/dev/null 2>&1 || true # what is wrong the runs themselves tell
+        "$python" -m pytest --collect-only -qq >/dev/null 2>&1 || true # the runs themselves tell what is wrong
 }
 
 chosen=$(($# > 0))
 check ruff check
 check ruff format --check
-set -m # so that each of both beside the tests is a process group, which an interrupt ends
+set -m # so that each of the two jobs beside the tests is a process group, which an interrupt ends
 check_types_and_scripts >"$said/types" 2>&1 &
 beside+=($!)
 set +m

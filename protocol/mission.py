@@ -199,7 +199,7 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
     def off_place_m_max(self) -> float:
         """How far beside its place on a path a robot may stand for a leg from or to there to count as driven.
 
-        It is what one drive may be off. Under a law that promises nothing there is no limit.
+        One drive may be so far off its way. Under a law that promises nothing there is no limit.
         """
         return DRIVE_SHARE * self.mu0_m + THERE_M if self.promises_clearance else math.inf
 

@@ -106,8 +106,8 @@ class Agreement:
     def counters(self, reports: Reports) -> Counters:
         """What the fleet has counted; the coordinator's own count includes what it proposed the view for.
 
-        What it only knows from others loses no leader its route before that one's own next attempt in vain:
-        else one report of a robot that lies would end the run for all.
+        Attempts in vain that only others tell of are cut to `IN_VAIN_MAX`. So a leader loses its route only
+        after one more attempt of its own; else one report of a robot that lies would end the run for all.
         """
         own, newest = reports[self.robot], _newest(reports)
         told = replace(newest.counters, in_vain=min(newest.counters.in_vain, IN_VAIN_MAX))

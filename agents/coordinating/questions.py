@@ -2,8 +2,8 @@
 
 Rule 1: a question about a leg names where both robots stand. An answer counts as long as they stand there,
         and no robot has had a turn since: it may stand on that leg now. What has been driven stays clear.
-Rule 2 (safety): a driven way counts only if it leads from where the robot stands to where the one ahead does.
-        The formation lays the place of that one at its end: a robot that lies would lead it off.
+Rule 2 (safety): a driven way counts only if it leads from where the robot stands to where the robot ahead
+        stands. The formation has the robot ahead at its end: a robot that lies could lead that one astray.
 Rule 3: a robot that does not answer in time counts as one that does not see its way. Another question
         does not begin that time anew: two such times are longer than the others wait for a turn.
 """
@@ -109,7 +109,7 @@ class Questions:
         return {robot: self.mission.range_m_max if m is None else m for robot, m in told.items()}
 
     def _may_be_driven(self, way: Sequence[Point], asked: _Asked) -> bool:
-        """Rule 2; it may also be that there is no driven way."""
+        """Whether rule 2 admits this way; an empty one says that none was driven."""
         if not way or asked.question.place is None:
             return not way
         ends = ((way[0], asked.at), (way[-1], asked.question.place))

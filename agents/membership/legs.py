@@ -25,7 +25,7 @@ def leg_is_clear(seen: View, ahead: Floats, mission: Mission) -> bool:
 
 
 def leg_needs_closer_look(seen: View, ahead: Floats, mission: Mission) -> bool:
-    """Whether only what the scan may have missed blocks a leg that is not clear: a closer look helps."""
+    """Of a leg that is not clear: whether only what the scan may have missed blocks it."""
     return (
         closer(mission, len(seen.ranges_m)) is not None
         and _leg_may_be_clear(seen, ahead, mission, rays=mission.closest_rays)

@@ -175,7 +175,7 @@ class Membership:
         if whole is None or whole[0].turn != self._fence.turn or not in_force(self._fence):
             return
         if (whole[0].rank == 0) is not (self._fence.robot == self._robot):
-            return  # the register tells all who leads: a coordinator that lies makes no second leader
+            return  # ALL names the leader: a coordinator that lies makes no second one
         self._happen(Happening.FORMED)
         formation, path = whole
         self._pleas.note_stranded(formation.stranded, now_s)

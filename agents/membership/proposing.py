@@ -137,7 +137,7 @@ class Proposing:
 
         A robot whose own reports are lost has no answers either; others that move show that the view goes on.
         """
-        # No epoch's time is less than that of the first, which is known without a `Timing` of its own.
+        # First: the first epoch's time is the shortest of all, and needs no new `Timing`.
         may_be_so = waits_s > self._timing.coordinator_s and self._suspicion.judges(now_s)
         return may_be_so and waits_s > self.timing_in(epoch).coordinator_s
 

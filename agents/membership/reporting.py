@@ -54,7 +54,7 @@ class Reporter:
     _said: Report | None = None
     _said_at_s: float = -float("inf")
     _formers: tuple[Places, Pose, tuple[Former, ...]] | None = None
-    """What it has told of these places from there."""
+    """What it has told last, of which places and from where."""
     _newest: int = -1
     _look: Look | None = None
 
@@ -131,7 +131,7 @@ class Reporter:
         )
 
     def _told_formers(self, pose: Pose) -> tuple[Former, ...]:
-        """Where it stands on its former places: a robot that stands asks for the same again and again."""
+        """Where it stands on its former places. It is kept: a robot that stands tells the same each time."""
         places = self.past.places
         if self._formers is None or self._formers[0] is not places or self._formers[1] != pose:
             self._formers = places, pose, places.formers(pose)

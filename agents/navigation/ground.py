@@ -23,7 +23,7 @@ class Ground:
 
     @property
     def come(self) -> Floats:
-        """The whole path (n, 2), over which the strand has come."""
+        """The whole path (n, 2), along which the strand has come."""
         return self.path.between(0.0, self.path.end_m)
 
     @property

@@ -6,8 +6,8 @@ Rule 2: the cost-to-go of every cell comes from a Dijkstra run from the goal. It
 Rule 3: if the certificate refuses the grid's way, the spot is closed. It is closed for good, unless robots or
         moving obstacles may be the reason.
 Rule 4: where obstacles move, ground that is seen to be free is free, even if a hit was remembered there.
-Rule 5: where the region has no bounds, the grid grows with what has been seen. What another robot tells is
-        left out where cells would be too large to plan with: it may lie.
+Rule 5: where the region has no bounds, the grid grows with what has been seen. Another robot may lie: if its
+        hits would make cells too large to plan with, those outside the grid are left out.
 Rule 6: a robot that neither leads nor joins keeps what its map remembers, but not its cells
         (`agents/navigation/pricing.py`).
 """
@@ -202,7 +202,7 @@ class Map:
         self._build(*self._sides_beyond(points))
 
     def _sides_beyond(self, points: Floats) -> tuple[Floats, Floats]:
-        """The lower left and the upper right corner of such a grid."""
+        """The lower left and the upper right corner of a grid that reaches beyond these points (rule 5)."""
         low = np.minimum(self._grid.low, points.min(axis=0) - self._margin_m)
         return low, np.maximum(self._grid.high, points.max(axis=0) + self._margin_m)
 

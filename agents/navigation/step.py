@@ -139,12 +139,12 @@ def certified_step_to(view: View, walls: Walls, goal: Floats) -> Step | None:
 
 
 def certified_step_clear(view: View, walls: Walls, goal: Floats, *, within_m: float) -> Step | None:
-    """The shortest certified step to a place at the goal that is too near to nothing; None: there is none."""
+    """The shortest certified step to a place at the goal from which all walls are far enough; or None."""
     headings = _headings(np.empty(0))
     lengths_m = _tried(np.minimum(_certified_m(view, walls, headings), 2.0 * within_m))[:, ::CLEAR_OF]
     ends = _ends(view.position, headings, lengths_m)
     at_goal = (lengths_m > 0.0) & (np.hypot(*np.moveaxis(ends - goal, -1, 0)) <= within_m)
-    # The certificate lets a step only leave what is nearer now; from all else it keeps off.
+    # Only these may be too near to its end: a certified step keeps off from all other walls.
     near = distances_to_segments(view.position, walls.starts, walls.ends) < walls.keep_m
     starts, nexts, keep_m = walls.starts[near], walls.ends[near], walls.keep_m[near]
     order = np.argsort(np.where(at_goal, lengths_m, np.inf), axis=None, kind="stable")[: at_goal.sum()]

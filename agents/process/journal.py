@@ -11,8 +11,9 @@ Rule 3: its size is bounded: a full journal says so and records no more. It keep
         since a core is replayed from its first input on.
 Rule 4: a robot drives on without a journal. If its folder does not exist, as on another computer, none is
         kept.
-Rule 5: a rehearsal may keep some of it in memory (`keeps_bytes`) and write that when the journal is closed:
-        nobody outside its process sees an effect before, and packing each turn by itself takes longer.
+Rule 5: in a rehearsal, the newest part may stay in memory, up to `keeps_bytes`; it is written when it is
+        larger, or when the journal is closed. Nobody outside the process sees an effect before its end, and
+        packing each turn by itself takes longer.
 """
 
 import zlib

@@ -212,7 +212,7 @@ class Leader:
         return self._record(replace(step, cost_to_go_m=None), look(view, self._mission), ground, epoch)
 
     def make_way(self, view: View, ground: Ground, *, epoch: int) -> StepPlanned | None:
-        """A step to a place at the goal where it is too near to nothing; None: there is none."""
+        """A step to a place at the goal where nothing is too near for others to come; None: there is none."""
         self.onward = ()
         walls = self._walls(scan_walls(view, self._mission), ground)
         goal, within_m = self._goal, self._mission.goal_tolerance_m

@@ -11,7 +11,8 @@ Rule 4: after each step that it gives up, but the first ones in an epoch, it wai
         a time that its life draws. Else two leaders that see the same give way to each other for ever.
 Rule 5 (safety): if it began too near to something, the robots behind do not come there. It wants a view when
         it has gone on. Where obstacles move, too: a permission to move keeps off contact alone. For
-        liveness: if it begins so at the goal, and robots are left out, a step leads to where others may come.
+        liveness: if it begins so at the goal, and robots are left out, it first drives to where others may
+        come.
 """
 
 import math

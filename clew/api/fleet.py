@@ -160,7 +160,7 @@ class Fleet(ABC):
             timeout_s: how long to wait [simulated s].
 
         Raises:
-            UsageError: there is no such kind, robot, step or time.
+            UsageError: there is no such kind, robot or step, or nobody can wait so long.
             WaitFailedError: it did not come in time, or the run ended before.
         """
         __tracebackhide__ = True  # pytest then shows the line of the test, and not ours

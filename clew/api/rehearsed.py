@@ -29,7 +29,7 @@ from world.record.lines import Line
 from world.scenario.scenario import Scenario, load
 
 Faults = Iterable[Rule] | str | Path
-"""Rules; or a plan, by its name in `launch/faults/` or its file; or `drawn`: by the seed."""
+"""Rules; or a plan, by its name in `launch/faults/` or its file; or `drawn`: the seed draws it."""
 
 
 def rehearse(
@@ -57,7 +57,7 @@ def rehearse(
         deployment: `random`, instead of the scenario's places.
         time_s_max: simulated time after which the run fails, instead of the scenario's.
         faults: rules, as `clew.drop("ahead", p=0.3)`; or a plan: a name in `launch/faults/`, or a file; or
-            `drawn`: what the seed draws.
+            `drawn`: the seed draws them.
         out: the run's folder, new or empty; default: a new one in `runs/`.
 
     Raises:

@@ -48,8 +48,8 @@ DRAWN_FOLDER = "drawn"
 SEEN_BY = 2000  # swarm episodes after which every coverage counter must have counted
 PACKAGES = ("agents", "clew", "protocol", "world")
 HEAD = re.compile(rb'\s*{\s*"ok":\s*(true|false),\s*"interrupted":')
-"""How `campaign.json` begins, of every version of ours."""
-HEAD_BYTES = 256  # only that much is read: a campaign may write more than it reads in one piece
+"""How `campaign.json` begins, in every version of Clew."""
+HEAD_BYTES = 256  # no more is read: the file may be larger than we read in one piece
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,7 +122,7 @@ def run(
         warn: gets a line for each broken file, which is not played.
 
     Raises:
-        UsageError: there is nothing to play, or the folder is not writable, or not for campaigns.
+        UsageError: there is nothing to play, or the folder is not writable, or has foreign files.
     """
     source_hash = hash_of_source()
     law = request.law and named(request.law, Path())
@@ -284,9 +284,9 @@ def _key(scene: Scene, seed: int, request: Request, plan: bytes, source_hash: st
 
 def _plan_bytes(faults: str | None) -> bytes:
     """The content of the fault plan: the same plan under another name has the same outcome."""
-    if faults is None or faults == DRAWN:  # what a seed draws, our source decides
+    if faults is None or faults == DRAWN:  # our source decides what a seed draws, and is in the key
         return (faults or "").encode()
-    return msgspec.json.encode(plans.load(faults))
+    return msgspec.json.encode(plans.load(faults, (DRAWN, SWARM)))
 
 
 def _play(

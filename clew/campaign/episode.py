@@ -231,7 +231,7 @@ def set_stage(episode: Episode) -> Stage:
 def outcome_of(episode: Episode, stage: Stage, rehearsal: Rehearsal, *, wall_s: float) -> Outcome:
     """The outcome of a rehearsal that has been judged."""
     verdict, world = verdict_on(rehearsal, episode.seed, started_at=EPOCH, wall_s=wall_s), rehearsal.world
-    lasting = episode.faults == DRAWN  # faults up to the end, with which nobody has to arrive
+    lasting = episode.faults == DRAWN  # faults may last to the end, so nobody has to arrive
     has_way = None if lasting else solvable(episode.widest_path_radius_m, world.scenario)
     no_route = world.ending is Ending.ROUTE_LOST
     least_m = verdict.clearance_m_min

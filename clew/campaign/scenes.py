@@ -120,7 +120,7 @@ def _below(root: Path, robots: int | None, broken: list[str]) -> Iterator[Scene]
             raw = _read(path)
             is_scene = raw.get("schema") == SCENE_SCHEMA or "fleet" in raw
             if path == root and not is_scene:
-                load(str(path))  # a file that is named is refused for what it is, such as a fault plan
+                load(str(path))  # refuses it, and says what it is, such as a fault plan
             if (is_scene or path == root) and not isinstance(raw.get("fleet"), list):
                 yield Scene(
                     path=path,

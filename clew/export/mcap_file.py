@@ -27,7 +27,7 @@ from protocol.timeline import Entry, PoseSampled, ScanServed, kind_of
 from protocol.timeline.base import Kind
 from world.record.recorder import Header, line
 
-FOREIGN = "FoxgloveError: "  # Foxglove has no type of its own for what its writer meets
+FOREIGN = "FoxgloveError: "  # its writer's errors have no type of their own, but this beginning
 
 
 def export(log: Log, out: Path) -> Exported:

@@ -47,7 +47,7 @@ def scatter(
         by_m = chance.uniform((0.0, 0.0), size_m)
         low, high = extent(drawn, by_m)
         in_vain += 1
-        # First: most that are drawn are not inside, and to make an obstacle takes longer.
+        # This comes first: most drawn ones are not inside, and making an obstacle takes longer.
         if (low >= beside).all() and (high <= size_m - beside).all():
             one = _Placed(moved(drawn, by_m), low, high)
             if _is_apart(one, placed, least_width_m):

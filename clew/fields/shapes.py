@@ -142,7 +142,7 @@ def moved(obstacle: Obstacle, by_m: Floats) -> Obstacle:
 
 
 def extent(obstacle: Obstacle, by_m: Floats | float = 0.0) -> tuple[Floats, Floats]:
-    """The least and greatest x and y of the obstacle, moved."""
+    """The least and the greatest x and y of the obstacle, moved by `by_m`."""
     match obstacle:
         case Circle():
             centre = np.round(np.array(obstacle.centre_m) + by_m, DECIMALS)

@@ -95,8 +95,8 @@ def read(lines: Iterable[bytes], scene: Mapping[str, Any] | None = None) -> Trut
             and the law, which an option may have replaced, is the header's.
 
     Raises:
-        SceneError: the scene is none, or cannot be read.
-        UnreadableError: so is the run, or what the two make together.
+        SceneError: the scene is none, or has a number that is not finite.
+        UnreadableError: the run cannot be read, or not together with the scene.
     """
     entries, struck = _entries(lines), set[str]()
     poses: dict[int, list[Row]] = defaultdict(list)
@@ -147,7 +147,7 @@ def _truth(raw: Mapping[str, Any], law: str, poses: Mapping[int, list[Row]], str
     radius_m, goal, bounds = fleet["robot_radius_m"], raw.get("goal"), raw.get("bounds")
     tracks = {robot: np.array(sorted(poses[robot])) for robot in sorted(poses)}
     if wrong := [robot for robot in tracks if not (np.abs(tracks[robot]) <= FAR).all()]:
-        raise UnreadableError(f"robot {wrong[0]} has a pose that is not finite, or beyond {FAR:g} m or s")
+        raise UnreadableError(f"robot {wrong[0]} has a pose that is not finite, or a number beyond {FAR:g}")
     return Truth(
         robots={each: Solid(f"robot {each}", HERE, tracks[each], hull_m=radius_m) for each in tracks},
         unseen=tuple(robot for robot in range(1, fleet.get("robots", 0) + 1) if robot not in tracks),
@@ -209,12 +209,12 @@ def _scenario(scene: Mapping[str, Any]) -> Mapping[str, Any]:
     """The scenario that was given.
 
     Raises:
-        SceneError: it is none; or a number is none, of which no comparison says that it is less.
+        SceneError: it is none; or a number is not finite: no comparison with NaN says that it is less.
     """
     if str(scene.get("schema")).startswith("clew-scene/"):
         scene = _as_scenario(scene)
     if not isinstance(scene.get("fleet"), dict):
-        raise SceneError("is no scenario with one fleet and no scene")
+        raise SceneError("is neither a scene nor a scenario with one fleet")
     if not math.isfinite(_sum(scene)):
         raise SceneError("has a number that is not finite")
     return scene

@@ -95,7 +95,7 @@ def unknown_step(step: object) -> str | None:
 
 
 def unknown_wait(timeout_s: object) -> str | None:
-    """Say that nobody can wait so long; None: it is a time from 0 s on, infinite ones included."""
+    """Say that nobody can wait so long; None: it is a number of seconds, 0 or more, or infinite."""
     try:
         if float(timeout_s) >= 0.0:  # type: ignore[arg-type] # it raises for what is none
             return None

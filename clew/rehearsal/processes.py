@@ -30,7 +30,7 @@ Journals = Callable[[Head], Journal]
 
 
 def no_journal(_: Head) -> Journal:
-    """Write nothing."""
+    """Open a journal that writes nothing."""
     return Journal()
 
 

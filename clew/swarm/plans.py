@@ -16,7 +16,7 @@ def plan_for(name: str | None, *, robots: int, seed: int) -> Plan:
     if name is None:
         return NO_FAULTS
     if name != DRAWN:
-        return load(name)
+        return load(name, (DRAWN,))
     if robots < ROBOTS_MIN:
         raise UsageError(f"faults {DRAWN}: need at least {ROBOTS_MIN} robots, got {robots}")
     from clew.swarm.swarm import draw_faults  # noqa: PLC0415 - late: most runs draw nothing

@@ -110,7 +110,7 @@ def draw(seed: int) -> Swarm:
 
 
 def draw_faults(seed: int, robots: int) -> Plan:
-    """Faults of any kind up to the end, as in safety mode, for a world that no seed draws."""
+    """Faults of any class, which may last to the end as in safety mode, for a world that no seed draws."""
     classes = _draw_classes(seed, Draws(seed, "swarm/faults"))
     return Plan(
         name=f"drawn-{seed}",

@@ -62,7 +62,7 @@ def draw_world(
         seed: decides all that is drawn.
         time_s_max: how long a run may last.
         queue: whether it is to be open, and to have the largest number of robots.
-        must_arrive: whether the robots are to come to a goal, past nobody who walks about.
+        must_arrive: whether there has to be a goal, and nobody who walks about.
     """
     draws = Draws(seed, "swarm/world")
     ground = Ground.OPEN if queue else draws.pick(SHARES)

@@ -1,5 +1,6 @@
 """A fault plan: the faults to inject in a run, and when. Read from TOML; docs/faults.md."""
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -66,8 +67,12 @@ def is_plan(said: dict[str, Any]) -> bool:
     return "rule" in said and "fleet" not in said
 
 
-def load(name_or_path: str) -> Plan:
+def load(name_or_path: str, others: Collection[str] = ()) -> Plan:
     """Load the plan with that name in launch/faults, or from that .toml file; `none` is one without faults.
+
+    Args:
+        name_or_path: of the plan.
+        others: what a user may also say here; a refusal names them.
 
     Raises:
         UsageError: it is a scenario, or wrong: one line names the file, the field, its bound and its value.
@@ -80,9 +85,10 @@ def load(name_or_path: str) -> Plan:
         if name_or_path in {kept.stem for kept in (LAUNCH / "scenarios").rglob("*.toml")}:
             raise UsageError(f"{name_or_path!r} is a scenario, not a fault plan")
         if name_or_path not in known:
+            names = [*known, *others]
             raise UsageError(
-                f"unknown fault plan {name_or_path!r}: must be one of {', '.join(known)}, or a .toml file"
-                f"{did_you_mean(name_or_path, known)}"
+                f"unknown fault plan {name_or_path!r}: must be one of {', '.join(names)}, or a .toml file"
+                f"{did_you_mean(name_or_path, names)}"
             )
         path = known[name_or_path]
     said = read(path, name_or_path)

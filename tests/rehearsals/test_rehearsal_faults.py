@@ -52,7 +52,7 @@ from world.scenario.scenario import load as load_scenario
 SHIPPED = sorted(path.stem for path in PLANS.glob("*.toml"))
 OTHERS_TOO = ["killed-after-plan", "leader-frozen", "leader-killed", "loss-50", "middle-killed", "one-way"]
 OTHERS_TOO += ["robot-restarted"]
-"""Other tests read runs of the grove under these; `Runs` looks that they break no invariant."""
+"""Other tests read runs of the grove under these; `Runs` checks that they break no invariant."""
 
 
 def rehearsed(tmp_path: Path, *rules: Rule, seed: int = 1) -> Rehearsal:

@@ -92,7 +92,7 @@ class Facts:
     def arrived(self) -> set[int]:
         """The living robots that recorded their arrival, and never an untrue one.
 
-        Without a goal there is no place but that in the newest strand: another one may have ended elsewhere.
+        Without a goal, only a place in the newest strand counts: an older strand may have ended elsewhere.
         """
         there = self.living if self.scenario.goal is not None else self.living.intersection(self.tally.order)
         return (self.tally.arrived & there) - self.judgement.untrue

@@ -62,7 +62,7 @@ def test_what_robots_say_that_count_on_from_the_highest_count_arrives(lie: dict[
 
 
 def test_attempts_in_vain_that_only_one_robot_tells_of_end_no_run() -> None:
-    """One report that said so, and that all are among the last to lead, lost a leader its route at once."""
+    """One such report, which also named all robots as the last to lead, lost a leader its route at once."""
     stage = ViewStage.begun(QUEUE, LANE.scenario())
     told = Counters(in_vain=COUNT_MAX, last_to_lead=(1, 2, 3))
     while stage.fence.may is not May.ALL:

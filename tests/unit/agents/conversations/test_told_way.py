@@ -1,4 +1,4 @@
-"""A robot lies: of the way to the one ahead, which follows another robot; or of who leads."""
+"""A robot lies about its way to the robot ahead, which follows another one; or about who leads."""
 
 import math
 
@@ -15,7 +15,7 @@ FAR_OFF = Point(x_m=1.0, y_m=-12.0)
 
 
 def test_a_way_that_leads_elsewhere_does_not_put_the_robot_ahead_there() -> None:
-    """S1: with its place there, it began from where it stood to where that path leads, through a post."""
+    """S1: the robot ahead had its place far off, so it drove from where it stood to there, through a post."""
     stage, lies = ViewStage.begun(), 0
     while stage.fence.may is not May.ALL:
         if stage.mail and of(Report, sender=LAST)(stage.mail[0]) and (report := stage.mail[0].thing).look:

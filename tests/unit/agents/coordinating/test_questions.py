@@ -57,7 +57,7 @@ def test_an_answer_counts_if_it_is_to_the_newest_question() -> None:
 def test_a_driven_way_counts_only_if_it_leads_from_the_robot_to_the_one_ahead(
     from_m: tuple[float, float], to_m: tuple[float, float], counts: bool
 ) -> None:
-    """A robot that lies would lead the one ahead off: the end of the way is laid as that one's place."""
+    """Else a robot that lies could lead the robot ahead astray: the end of the way is laid as its place."""
     questions = asked()
     question = questions.pending(2)
     assert question is not None

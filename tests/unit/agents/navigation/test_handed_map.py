@@ -15,7 +15,7 @@ WALL = np.array([(1.5, y_m) for y_m in np.arange(-1.0, 1.0, 0.05)])
 
 @pytest.mark.parametrize("far_m", [200.0, 1e6])
 def test_a_leader_that_lies_leaves_its_successor_a_map_to_plan_with(far_m: float) -> None:
-    """Hits far off, handed over without bounds, made cells of kilometres, and nobody saw a way again."""
+    """Hits far off, where there are no bounds, made cells of kilometres, and no later leader saw a way."""
     liar, successor = Map(MISSION, START), Map(MISSION, START)
     liar.remember(np.concatenate([WALL, [[far_m, far_m], [-far_m, -far_m]]]))
     successor.unpack(liar.packed())

@@ -52,7 +52,7 @@ def test_what_a_law_prints_is_no_part_of_the_result(
 
 
 def test_a_law_that_never_returns_is_named_where_the_time_is_up(here: Path) -> None:
-    """The law itself lets the time be up while it is asked: a slow machine may need long to come there."""
+    """The law itself ends the wall-clock limit once it is asked: a slow machine may take long until then."""
     (here / "mylaw.py").write_text(
         "import signal, threading\n"
         "def mine(seen):\n"

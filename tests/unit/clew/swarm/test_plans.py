@@ -44,3 +44,10 @@ def test_the_folder_of_a_run_has_the_plan_that_was_drawn(tmp_path: Path) -> None
     run = rehearse(scene(tmp_path / "one.json"), robots=2, seed=3, faults="drawn", out=tmp_path / "run")
     kept = understand(read(run.folder / "faults.toml", "faults.toml"), Plan, "faults.toml")
     assert kept.rules == plan_for("drawn", robots=2, seed=3).rules
+
+
+@pytest.mark.parametrize("verb", ["rehearse", "campaign"])
+def test_a_drawn_plan_is_among_the_names_that_a_refusal_lists(verb: str) -> None:
+    said = clew(verb, "grove", "--faults", "draw")
+    assert (said.exit_code, said.stderr.count("\n")) == (2, 1)
+    assert said.stderr.rstrip().endswith("or a .toml file; did you mean 'drawn'?")

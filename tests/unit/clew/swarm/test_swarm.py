@@ -47,7 +47,7 @@ def test_every_class_ground_and_mode_is_drawn_and_each_class_is_off_in_some_seed
 def test_some_worlds_have_another_separation_and_some_where_nobody_has_to_arrive_a_walker_or_no_goal(
     drawn: dict[int, Swarm],
 ) -> None:
-    """Who walks in the way for good would excuse every fleet that does not arrive."""
+    """Somebody who stays in the way for good would excuse every fleet that does not arrive."""
     separations_m = [swarm.scenario.fleet.separation_m for swarm in drawn.values()]
     assert set(separations_m) == {0.05, *OTHER_SEPARATIONS_M}
     assert separations_m.count(0.05) > len(separations_m) / 2

@@ -91,9 +91,9 @@ def test_what_is_no_run_is_refused_in_one_line(tmp_path: Path, run: Path, name: 
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("", "is no scenario with one fleet and no scene"),
-        ("fleet = 'x'", "is no scenario with one fleet and no scene"),
-        ("[[fleet]]\nname = 'x'", "is no scenario with one fleet and no scene"),
+        ("", "is neither a scene nor a scenario with one fleet"),
+        ("fleet = 'x'", "is neither a scene nor a scenario with one fleet"),
+        ("[[fleet]]\nname = 'x'", "is neither a scene nor a scenario with one fleet"),
         ("[fleet]\n[law]\nepsilon_m = nan", "has a number that is not finite"),
         ("[fleet]\n[goal]\nat_m = [inf, 0.0]", "has a number that is not finite"),
     ],
@@ -109,7 +109,7 @@ def test_a_scene_that_says_nothing_or_no_numbers_proves_nothing(
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "-1e999", "1e300", '"3"', "[]"])
 @pytest.mark.parametrize("field", ["t_s", "x_m"])
 def test_a_pose_that_is_nowhere_is_refused_and_no_proof(run: Path, field: str, number: str) -> None:
-    """Of NaN no comparison says that it is too near."""
+    """No comparison with NaN says that a pose is too near."""
     header, *entries = (run / "events.jsonl").read_text().splitlines()
     wrong = re.sub(rf'"{field}": ?[^,}}]+', f'"{field}":{number}', entries[-1])
     (run / "events.jsonl").write_text("\n".join([header, *entries[:-1], wrong, ""]))

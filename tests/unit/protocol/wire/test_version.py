@@ -20,7 +20,7 @@ def without_texts(schema: Any) -> Any:  # noqa: ANN401 - any part of a JSON Sche
 
 
 def test_messages_change_only_with_the_schema_version() -> None:
-    """Where it fails, raise `SCHEMA_VERSION` and write both here, so that two versions refuse each other."""
+    """If it fails, raise `SCHEMA_VERSION` and write both here, so that two versions refuse each other."""
     schema = without_texts(msgspec.json.schema(Message))
     digest = blake2b(msgspec.json.encode(schema, order="deterministic"), digest_size=8).hexdigest()
     assert (SCHEMA_VERSION, digest) == WIRE
