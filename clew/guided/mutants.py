@@ -63,14 +63,16 @@ class Compared(Struct, frozen=True, kw_only=True):
     guided: Way
     uniform: Way
     seeds_ratio: float | None
-    """How many times fewer seeds the guided way takes in the median; at least so many times where the uniform
-    median is missing, None where the guided one is."""
+    """Uniform median over guided; without a uniform one a lower bound. None: there is no guided median."""
     cpu_ratio: float | None
 
     @property
     def is_hard(self) -> bool:
         """Whether uniform seeds need long. What the first seed catches cannot be caught much sooner."""
-        return median(each.seeds for each in self.uniform.trials) >= HARD_SEEDS
+        return (
+            median(math.inf if each.seed is None else each.seeds for each in self.uniform.trials)
+            >= HARD_SEEDS
+        )
 
 
 class Comparison(Struct, frozen=True, kw_only=True):
@@ -80,7 +82,7 @@ class Comparison(Struct, frozen=True, kw_only=True):
     seeds_ratio_median: float | None
     cpu_ratio_median: float | None
     seeds_ratio_median_hard: float | None
-    """Of those that uniform seeds catch after `HARD_SEEDS` or more, in the median."""
+    """The same for mutants for which half of the uniform trials or more need `HARD_SEEDS`, or give up."""
     cpu_ratio_median_hard: float | None
 
 

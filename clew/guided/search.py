@@ -1,11 +1,11 @@
-"""The guided search of one seed: its own run, and futures from instants at which a view begins. A shell.
+"""The guided search of one seed: its own run, and futures from instants at which a view begins. Shell.
 
 Rule 1: the seed's own run is played first, to its end. Then it is played again up to its first instants.
         There the process forks, the fork plays a future to its end, and only then the run goes on. A future
         forks in the same way at the first instants that it comes to. So a search goes depth first, and needs
         no other process.
-Rule 2: an instant is the begin of a run, or a new epoch of the fence. There a fleet agrees anew who may do
-        what, and mail of before is on its way.
+Rule 2: an instant is the start of a run, or a new epoch of the fence. There the robots agree anew on who may
+        move, and messages from before are still on their way.
 Rule 3: which futures are played depends on the seed and on the cells known before, on nothing else. So a
         search is the same every time.
 Rule 4: a future that surprises is played again from the start, without forks; that outcome counts.

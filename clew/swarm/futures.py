@@ -27,7 +27,7 @@ from protocol.faults.plan import Plan
 from protocol.faults.rules import Drop, Kill, Partition, Rule, StepPoint
 from protocol.keys import robot_name
 
-HORIZON_S = 2.0  # the faults of a strike begin within 0.8 s, and most of what they break is broken by then
+HORIZON_S = 2.0  # a strike begins within 0.8 s, and nine of ten breaches come within 1.9 s
 NEVER_S = 1e6  # longer than any run
 AFTER_S = (
     0.001  # a branch lies just after the tick at which a run is forked: that tick has its messages behind it

@@ -1,11 +1,11 @@
-"""Strikes: a fault of a process, and messages that are late around it, within a second or two. Pure.
+"""A strike: at most one fault of a process and two of messages, within two seconds. Pure.
 
 Rule 1: most faults of a strike affect the robot in focus: most breaches need two faults that meet, such as an
         order that is late and the restart of its robot.
 Rule 2: times count from the moment. Faults of messages begin with it and are short, so that the fleet acts
         on what remains.
-Rule 3: of late messages each has its own delay, or all have the same: so some arrive in another order, and
-        some all at once in another epoch.
+Rule 3: late messages each have their own delay, or all nearly the same one. So some arrive in another order,
+        and some arrive together, in a later epoch.
 """
 
 from collections.abc import Callable
@@ -31,7 +31,7 @@ from protocol.faults.rules import (
 from protocol.keys import WORLD, robot_name
 
 EVENT = 0.85  # how often a strike has a fault of a process
-MAIL = (0, 1, 1, 2, 2)  # how many it has of messages; one at least, if it has no other
+MESSAGES = (0, 1, 1, 2, 2)  # how many faults of messages; at least one if there is none of a process
 AIMED = 0.8  # share of faults of processes that affect the robot in focus
 KINDS: tuple[Kinds, ...] = (
     *((),) * 2,
@@ -77,11 +77,11 @@ def strike(draws: Draws, window: Window, robot: int) -> list[Rule]:
     """The faults of a strike on this robot."""
     aim = _Aim(draws, tuple(names(window)), robot_name(robot))
     events = [draws.pick(_EVENTS)(aim)] if draws.chance(EVENT) else []
-    mail = max(draws.pick(MAIL), 1 - len(events))
-    return [*events, *(_of_mail(aim) for _ in range(mail))]
+    messages = max(draws.pick(MESSAGES), 1 - len(events))
+    return [*events, *(_of_messages(aim) for _ in range(messages))]
 
 
-def _of_mail(aim: _Aim) -> Rule:
+def _of_messages(aim: _Aim) -> Rule:
     """Messages of some kinds, from or to one robot or all, are late, lost, damaged or twice there."""
     draws = aim.draws
     kinds, whose = draws.pick(KINDS), draws.pick(((aim.focus,), (draws.pick(aim.robots),), ()))

@@ -75,3 +75,8 @@ def test_mutants_that_uniform_seeds_catch_early_are_not_in_the_median_of_the_har
     assert comparison.cpu_ratio_median == pytest.approx(1.0)
     assert comparison.cpu_ratio_median_hard == pytest.approx(40 / 3)
     assert summed_up([easy]).cpu_ratio_median_hard is None
+
+
+@pytest.mark.usefixtures("workers")
+def test_a_mutant_is_hard_where_uniform_trials_give_up_however_early() -> None:
+    assert compare(BROKEN, 3, 4 * CPU_S).is_hard

@@ -59,7 +59,7 @@ def test_the_first_instants_have_futures_and_these_as_many_as_they_may() -> None
     assert 2 < search(episode_of(SEED), Corpus(), Limits(roots_max=2, below_max=3)).outcome.futures <= 8
 
 
-def test_a_run_forks_at_its_begin_and_where_the_fence_has_a_new_epoch(
+def test_a_run_forks_at_its_start_and_where_the_fence_has_a_new_epoch(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     forked_s: list[float] = []
@@ -106,4 +106,4 @@ def test_a_future_that_surprises_in_a_fork_only_is_a_surprise_of_its_own(
     outcome = search(episode_of(SEED), Corpus(), LITTLE).outcome
     assert outcome.surprise is Surprise.CRASHED
     assert "in a fork only" in outcome.reason
-    assert outcome.branches.startswith("0.021:"), "the first instant is the begin of the run"
+    assert outcome.branches.startswith("0.021:"), "the first instant is the start of the run"
