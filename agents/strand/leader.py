@@ -216,6 +216,7 @@ class Leader:
         self.onward = ()
         walls = self._walls(scan_walls(view, self._mission), ground)
         goal, within_m = self._goal, self._mission.goal_tolerance_m
+        within_m -= 2.0 * within_m * self._mission.drive_off_rad  # so that it ends there wherever it drives
         step = None if goal is None else certified_step_clear(view, walls, goal, within_m=within_m)
         return None if step is None else self._record(step, look(view, self._mission), ground, epoch)
 

@@ -11,8 +11,8 @@ Rule 4: after each step that it gives up, but the first ones in an epoch, it wai
         a time that its life draws. Else two leaders that see the same give way to each other for ever.
 Rule 5 (safety): if it began too near to something, the robots behind do not come there. It wants a view when
         it has gone on. Where obstacles move, too: a permission to move keeps off contact alone. For
-        liveness: if it begins so at the goal, and robots are left out, it first drives to where others may
-        come.
+        liveness: if it begins so at the goal, and all others are left out, it first drives to where they may
+        come. Robots behind it would be in place no more.
 """
 
 import math
@@ -143,7 +143,7 @@ class Leading:
         if strand.grants.withheld and not self._begins:
             self._reason = Reason(Cause.MISFIT, "it began too near to something for others to come there")
             return []
-        if leader.is_done(self._position()) and not (self._begins and self._some_are_left_out):
+        if leader.is_done(self._position()) and not (self._begins and self._is_left_alone):
             return self._reach_goal()
         if self._lost or self._is_pausing(now_s):
             return []
@@ -273,6 +273,10 @@ class Leading:
     @property
     def _some_are_left_out(self) -> bool:
         return self._strand.members < self._mission.robots
+
+    @property
+    def _is_left_alone(self) -> bool:
+        return self._some_are_left_out and self._strand.behind is None
 
     @property
     def _has_lost_some(self) -> bool:

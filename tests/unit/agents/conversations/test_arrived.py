@@ -3,14 +3,19 @@
 import math
 
 import pytest
+from msgspec.structs import replace
 
+from clew.explore.setting import Setting
 from protocol.fence import May
-from protocol.timeline import RobotArrived
+from protocol.mission import Bounds
+from protocol.timeline import RobotArrived, StepPlanned
 from tests.support.stages.view_stage import ViewStage
 
 BESIDE_A_BODY = ((3.4, 1.76, 0.0), (3.4, 1.5, 0.0))
 """The second robot is at the goal, and as near to the first one as robots stand. That is below epsilon."""
 NO_OTHER_ROOM = ((3.4, 1.63, 0.0), (3.4, 1.37, 0.0), (2.8, 1.37, 0.0))
+IN_PLACE = ((3.4, 1.66, 0.0), (3.4, 1.4, 0.0), (3.14, 1.4, 0.0))
+NARROW = Bounds(x_m_min=2.8, x_m_max=4.0, y_m_min=1.25, y_m_max=1.85)
 PLACES = ((2.0, 1.0, 0.0), (1.4, 1.0, 0.0), (2.0, 2.2, 0.0), (1.2, 2.2, 0.0))
 
 
@@ -55,3 +60,16 @@ def test_a_leader_that_begins_beside_a_body_at_a_goal_with_no_other_room_has_arr
     stage.kill(1)
     stage.run(lambda: arrived(stage) == {2})
     assert stage.place(2) == NO_OTHER_ROOM[1][:2]
+
+
+def test_a_leader_beside_a_body_stays_at_the_goal_where_others_are_in_place_behind_it() -> None:
+    """It went on, so the robot behind it was in place no more, and found no other place for good."""
+    scenario = Setting(name="stage", about="a conversation", places=IN_PLACE).scenario()
+    assert scenario.goal is not None
+    goal = replace(scenario.goal, tolerance_m=0.2)
+    stage = ViewStage.begun(IN_PLACE, replace(scenario, goal=goal, bounds=NARROW))
+    stage.run(lambda: arrived(stage) == {1, 2, 3})
+    stage.kill(1)
+    stage.records.clear()
+    stage.run(lambda: arrived(stage) == {2, 3})
+    assert stage.records_of(StepPlanned) == []

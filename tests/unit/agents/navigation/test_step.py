@@ -243,6 +243,14 @@ def test_way_is_made_by_the_shortest_step_at_the_goal_to_where_nothing_is_too_ne
     assert Leader(to(-0.2, 0.0), ORIGIN).make_way(seen, alone(), epoch=1) is None, "the goal ends here"
 
 
+def test_no_step_makes_way_that_a_drives_error_may_lead_beyond_the_goal() -> None:
+    """Beyond its rim a leader found no way back, which was too short for a step, and its route was lost."""
+    body: list[Shape] = [Circle(centre_m=(0.03 - KEEP_M - 0.1, 0.0), radius_m=0.1)]
+    seen = look_around(body, ROBOT, revolutions=20)
+    assert Leader(to(-0.166, 0.0), ORIGIN).make_way(seen, alone(), epoch=1) is not None
+    assert Leader(to(-0.16625, 0.0), ORIGIN).make_way(seen, alone(), epoch=1) is None, "by 6 micrometres"
+
+
 # --- where one place is not enough to look from ---------------------------------------------------
 
 SHARP = replace(
