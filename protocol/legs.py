@@ -6,11 +6,20 @@ import numpy as np
 
 from protocol.arrays import Floats
 from protocol.mission import DRIVE_SHARE, Mission
+from protocol.path import THERE_M
 from protocol.sweep import TOUCHING_M
 
 LENGTHS = 8  # of legs tried
 PLACE_SLACK_M = 0.01  # on what a place keeps, so that one that was aimed at is one when it is reached
 PASSED_SHARE = 0.75  # of the tolerance: the rest is the drive's, on a way of a few decimetres
+
+
+def off_place_m_max(mission: Mission) -> float:
+    """How far beside its place on a path a robot may stand for a leg from or to there to count as driven.
+
+    One drive may be so far off its way. Under a law that promises nothing there is no limit.
+    """
+    return DRIVE_SHARE * mission.mu0_m + THERE_M if mission.promises_clearance else math.inf
 
 
 def leg_m_min(mission: Mission) -> float:

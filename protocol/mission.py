@@ -6,7 +6,6 @@ from typing import Annotated
 from msgspec import Meta, Struct
 
 from protocol.frames import ROBOTS_MAX, Length, Metres, Point, Pose, Seconds, Speed
-from protocol.path import THERE_M
 
 DEADMAN_S = 1.0  # ten odometry periods: docs/run.md
 WATCH_S = 0.3  # odometry, scan, order: a robot whose motion is safe for this long never has to stop
@@ -194,14 +193,6 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
             mu0_m=self.mu0_m,
             obstacle_speed_mps_max=self.obstacle_speed_mps_max if self.obstacles_move else 0.0,
         )
-
-    @property
-    def off_place_m_max(self) -> float:
-        """How far beside its place on a path a robot may stand for a leg from or to there to count as driven.
-
-        One drive may be so far off its way. Under a law that promises nothing there is no limit.
-        """
-        return DRIVE_SHARE * self.mu0_m + THERE_M if self.promises_clearance else math.inf
 
     @property
     def drive_off_rad(self) -> float:

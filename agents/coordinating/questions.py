@@ -16,6 +16,7 @@ import numpy as np
 from agents.coordinating.order import apart_m, places_of, positions
 from agents.liveness.timing import Timing
 from protocol.frames import Point, Pose
+from protocol.legs import off_place_m_max
 from protocol.mission import Mission
 from protocol.wire.view import Look, Question, Report
 
@@ -113,7 +114,7 @@ class Questions:
         if not way or asked.question.place is None:
             return not way
         ends = ((way[0], asked.at), (way[-1], asked.question.place))
-        return all(apart_m(place, end) <= self.mission.off_place_m_max for end, place in ends)
+        return all(apart_m(place, end) <= off_place_m_max(self.mission) for end, place in ends)
 
     def _forget(self, robots: Collection[int]) -> None:
         """Drop the questions to these robots, and their answers."""

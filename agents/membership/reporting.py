@@ -26,6 +26,7 @@ from agents.strand.memory import Memory
 from protocol.arrays import xy
 from protocol.fence import Epoch
 from protocol.frames import Pose
+from protocol.legs import off_place_m_max
 from protocol.mission import Mission
 from protocol.wire.view import Answer, Formation, Former, Join, Look, Report, Seen
 
@@ -146,7 +147,7 @@ class Reporter:
         if question is None or (self._look is not None and self._look.number == question.number):
             return []
         if question.place is not None:
-            off_m_max = self.mission.off_place_m_max
+            off_m_max = off_place_m_max(self.mission)
             way = self.past.places.leg_to(question.formers, pose, question.place, off_m_max=off_m_max)
             if way is not None or not self.mission.promises_clearance:
                 self._look = Look(number=question.number, clear=True, way=way or ())

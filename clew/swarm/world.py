@@ -29,9 +29,7 @@ SHORT_RANGE_M = 1.2  # a leader that sees no further drives into a pocket
 OTHER_SEPARATIONS_M = (0.02, 0.1)  # less and more than epsilon
 OTHER_SEPARATION = 0.2  # of all seeds
 WALKER = 0.2  # of the seeds with a walker where one is allowed
-NO_GOAL = (
-    0.2  # of the seeds in which nobody has to arrive: the leader then takes the widest gap, step by step
-)
+NO_GOAL = 0.2  # of the same seeds; the leader then takes the widest gap, step by step
 WALKER_M = 0.2  # the radius of a person, as in `launch/scenarios/pedestrian.toml`
 WALKER_AWAY_M = 1.0  # from every robot, at first
 WALKER_MPS = (0.1, 0.4)  # slower than the robots

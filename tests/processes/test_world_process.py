@@ -281,6 +281,7 @@ def test_the_world_ends_with_its_lifeline_and_writes_a_verdict(folder: Path) -> 
 
 FULL_DISK = """
 import resource, sys
+sys.dont_write_bytecode = True  # of what is loaded later, half would be kept
 from world.__main__ import main
 resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))
 sys.exit(main())
