@@ -195,6 +195,16 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
         )
 
     @property
+    def grant_keep_m(self) -> float:
+        """The distance of granted ground from the centre of a robot that may still be there.
+
+        Besides `robot_keep_m`, hulls are left epsilon apart: where one robot dies, it is an obstacle, and no
+        certified step leads past what is nearer.
+        """
+        apart_m = self.epsilon_m if self.promises_clearance else 0.0
+        return max(self.robot_keep_m, 2.0 * self.robot_radius_m + apart_m + self.mu0_m)
+
+    @property
     def drive_off_rad(self) -> float:
         """How far a drive may be off its heading at most; the loader checks it (`DRIVE_SHARE`)."""
         return DRIVE_SHARE * self.mu0_m / self.range_m_max

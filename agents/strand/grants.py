@@ -107,14 +107,15 @@ class Grants:
             return []  # nothing has changed, so no more ground is free
         self._taken = taken
         from_m, enough_m = max(self.tail_m, self.granted_m), 0.0 if arrived else GRANT_M_MIN
+        keep_m = self._mission.grant_keep_m
         # The path is at least as long as the straight line, so at most this much can be free.
-        most_m = max(from_m, progress_m - self.keep_m + THERE_M)
+        most_m = max(from_m, progress_m - keep_m + THERE_M)
         if most_m <= self.granted_m + enough_m:
             return []
-        free_m = authority_m(growth.planned, from_m=from_m, progress_m=progress_m, keep_m=self.keep_m)
+        free_m = authority_m(growth.planned, from_m=from_m, progress_m=progress_m, keep_m=keep_m)
         if len(growth.onward) > 1 and not arrived:
-            keep_m = self.keep_m + ONWARD_M
-            free_m = min(free_m, free_until_m(self._path, from_m, free_m, growth.onward, keep_m))
+            beside_m = keep_m + ONWARD_M
+            free_m = min(free_m, free_until_m(self._path, from_m, free_m, growth.onward, beside_m))
         free_m = min(free_m, self._path.end_m)  # the path planned beyond has not been sent yet
         if free_m <= self.granted_m + enough_m:
             return []

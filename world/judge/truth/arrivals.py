@@ -54,7 +54,7 @@ class Places:
     drive_error_m: float
     """The largest error of a drive as long as a scan reaches."""
     keep_m: float
-    """The least distance between the centres of two robots for which ground is granted."""
+    """How far granted ground is from the centre of a robot that may still be there."""
     is_kept: bool
     """Whether the leader keeps that distance from all ground that was granted."""
 
@@ -68,7 +68,7 @@ class Places:
             tolerance_m=0.0 if goal is None else goal.tolerance_m,
             mu0_m=law.mu0_m,
             drive_error_m=0.0 if law.promises_clearance else error_m,
-            keep_m=scenario.mission().robot_keep_m,
+            keep_m=scenario.mission().grant_keep_m,
             is_kept=law.promises_clearance,
         )
 
