@@ -11,13 +11,12 @@ from agents.navigation.guidance import CostToGo
 from agents.navigation.headings import may_cost_less
 from agents.navigation.obstacles import Obstacle, find_obstacles, passable_width_m
 from agents.navigation.scan import View
-from protocol.arrays import Floats, Indices, distances_to_segments, unit_vectors
+from protocol.arrays import Floats, Indices, unit_vectors
 from protocol.frames import wrap
 from protocol.mission import Mission
 
 HEADINGS = 360  # one per degree: 7 cm apart at 4 m, finer than any gap that admits a robot
 LENGTHS = 32  # end points tried along each heading
-CLEAR_OF = 4  # every fourth of them where only the nearest place counts
 GAIN_M = 0.01  # a step that shortens the way by less is not worth a stop
 WAY_CELLS = 64  # cells of guidance's way that are tried, too: in narrow ground a degree is too coarse
 FIRST_OF = 8  # cells of that way per sample: it tells which of the other headings are worth a try
@@ -136,22 +135,6 @@ def certified_step_to(view: View, walls: Walls, goal: Floats) -> Step | None:
     if goal_m > certified_lengths_m(view.position, np.array([goal_rad]), walls)[0]:
         return None
     return Step(goal_rad, goal_m, cost_to_go_m=0.0)
-
-
-def certified_step_clear(view: View, walls: Walls, goal: Floats, *, within_m: float) -> Step | None:
-    """The shortest certified step to a place at the goal from which all walls are far enough; or None."""
-    headings = _headings(np.empty(0))
-    lengths_m = _tried(np.minimum(_certified_m(view, walls, headings), 2.0 * within_m))[:, ::CLEAR_OF]
-    ends = _ends(view.position, headings, lengths_m)
-    at_goal = (lengths_m > 0.0) & (np.hypot(*np.moveaxis(ends - goal, -1, 0)) <= within_m)
-    # Only these may be too near to its end: a certified step keeps off from all other walls.
-    near = distances_to_segments(view.position, walls.starts, walls.ends) < walls.keep_m
-    starts, nexts, keep_m = walls.starts[near], walls.ends[near], walls.keep_m[near]
-    order = np.argsort(np.where(at_goal, lengths_m, np.inf), axis=None, kind="stable")[: at_goal.sum()]
-    for heading, length in zip(*np.unravel_index(order, lengths_m.shape), strict=True):
-        if (distances_to_segments(ends[heading, length], starts, nexts) >= keep_m).all():
-            return Step(wrap(float(headings[heading])), float(lengths_m[heading, length]))
-    return None
 
 
 def refused_at(view: View, walls: Walls, way: Floats) -> int:

@@ -43,7 +43,6 @@ from agents.navigation.step import (
     NoStep,
     Sight,
     Step,
-    certified_step_clear,
     has_way,
     is_open,
     look,
@@ -210,15 +209,6 @@ class Leader:
         if step is None:
             return NoStep("both ends of the strand are in dead ends, and neither can make room for the other")
         return self._record(replace(step, cost_to_go_m=None), look(view, self._mission), ground, epoch)
-
-    def make_way(self, view: View, ground: Ground, *, epoch: int) -> StepPlanned | None:
-        """A step to a place at the goal where nothing is too near for others to come; None: there is none."""
-        self.onward = ()
-        walls = self._walls(scan_walls(view, self._mission), ground)
-        goal, within_m = self._goal, self._mission.goal_tolerance_m
-        within_m -= 2.0 * within_m * self._mission.drive_off_rad  # so that it ends there wherever it drives
-        step = None if goal is None else certified_step_clear(view, walls, goal, within_m=within_m)
-        return None if step is None else self._record(step, look(view, self._mission), ground, epoch)
 
     def _walls(self, shown: Walls, ground: Ground | None = None) -> Walls:
         """What a step keeps off: what a scan has shown, the ground of robots behind, and the bounds."""

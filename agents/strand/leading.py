@@ -10,9 +10,7 @@ Rule 3: where it knows no way on, and the strand has lost robots, it wants anoth
 Rule 4: after each step that it gives up, but the first ones in an epoch, it waits before it plans again, for
         a time that its life draws. Else two leaders that see the same give way to each other for ever.
 Rule 5 (safety): if it began too near to something, the robots behind do not come there. It wants a view when
-        it has gone on. Where obstacles move, too: a permission to move keeps off contact alone. For
-        liveness: if it begins so at the goal, and all others are left out, it first drives to where they may
-        come. Robots behind it would be in place no more.
+        it has gone on. Where obstacles move, too: a permission to move keeps off contact alone.
 """
 
 import math
@@ -143,7 +141,7 @@ class Leading:
         if strand.grants.withheld and not self._begins:
             self._reason = Reason(Cause.MISFIT, "it began too near to something for others to come there")
             return []
-        if leader.is_done(self._position()) and not (self._begins and self._is_left_alone):
+        if leader.is_done(self._position()):
             return self._reach_goal()
         if self._lost or self._is_pausing(now_s):
             return []
@@ -168,16 +166,13 @@ class Leading:
         return now_s < self._plans_again_s and not (self._waits and self._strand.quiet_s >= SETTLED_S)
 
     def _planned(self, leader: Leader, scan: View, now_s: float, room_m: float | None) -> Plan:
-        strand, is_done = self._strand, leader.is_done(self._position())
+        strand = self._strand
         ground = strand.grants.ground
-        if self._begins and (is_done or strand.behind is not None):
+        if strand.behind is not None and self._begins:
             too_near = self._is_too_near(scan)
-            strand.grants.withhold(too_near=too_near and strand.behind is not None)
+            strand.grants.withhold(too_near=too_near)
             if too_near and closer(self._mission, len(scan.ranges_m)) is not None:
                 return LookCloser()
-            if is_done:
-                aside = leader.make_way(scan, ground, epoch=strand.number) if too_near else None
-                return Crossed() if aside is None else aside
         planned = leader.plan(
             scan,
             ground,
@@ -273,10 +268,6 @@ class Leading:
     @property
     def _some_are_left_out(self) -> bool:
         return self._strand.members < self._mission.robots
-
-    @property
-    def _is_left_alone(self) -> bool:
-        return self._some_are_left_out and self._strand.behind is None
 
     @property
     def _has_lost_some(self) -> bool:

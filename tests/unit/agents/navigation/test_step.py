@@ -228,29 +228,6 @@ def test_the_leader_does_not_go_back_to_a_gap_behind() -> None:
     assert isinstance(step_through(posts, ROBOT, facing_it), Driven)
 
 
-# --- at the goal, beside a body -------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("short_m", [0.01, 0.05, 0.09])
-def test_way_is_made_by_the_shortest_step_at_the_goal_to_where_nothing_is_too_near(short_m: float) -> None:
-    off_m = KEEP_M - short_m
-    body: list[Shape] = [Circle(centre_m=(-off_m - 0.1, 0.0), radius_m=0.1)]
-    seen = look_around(body, ROBOT, revolutions=20)
-    step = Leader(to(0.0, 0.0), ORIGIN).make_way(seen, alone(), epoch=1)
-    assert step is not None
-    assert math.dist((step.target.x_m, step.target.y_m), (-off_m - 0.1, 0.0)) - 0.1 >= KEEP_M
-    assert step.length_m < short_m + 0.03
-    assert Leader(to(-0.2, 0.0), ORIGIN).make_way(seen, alone(), epoch=1) is None, "the goal ends here"
-
-
-def test_no_step_makes_way_that_a_drives_error_may_lead_beyond_the_goal() -> None:
-    """Beyond its rim a leader found no way back, which was too short for a step, and its route was lost."""
-    body: list[Shape] = [Circle(centre_m=(0.03 - KEEP_M - 0.1, 0.0), radius_m=0.1)]
-    seen = look_around(body, ROBOT, revolutions=20)
-    assert Leader(to(-0.166, 0.0), ORIGIN).make_way(seen, alone(), epoch=1) is not None
-    assert Leader(to(-0.16625, 0.0), ORIGIN).make_way(seen, alone(), epoch=1) is None, "by 6 micrometres"
-
-
 # --- where one place is not enough to look from ---------------------------------------------------
 
 SHARP = replace(
