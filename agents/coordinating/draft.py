@@ -15,8 +15,6 @@ Rule 3: if no robot finds a way, and another one, not among the last to lead, is
 Rule 4: robots that are left out and were there lately may stand in the way, and may come back. So the draft
         waits for them before that.
 Rule 5: where a robot that asks a strand on its way to let it in finds no way, the strand goes on as it was.
-Rule 6: a leader that has arrived goes on to nowhere. So those without a way are let in before the last in
-        place, which comes behind them then. If none finds a way so either, it keeps its place.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -75,8 +73,6 @@ class Draft:
     """Orders with others before those that stayed, for which one of these would have to move."""
     _turns_in_vain: list[tuple[int, Order]] = field(default_factory=list)
     """A robot, and the strand behind which it found no way; under this leader, oldest first."""
-    _gives_room: Order = ()
-    """The strand whose last robot lets others in before it (rule 6). Only a longer one does so again."""
 
     @property
     def keeps(self) -> bool:
@@ -84,14 +80,9 @@ class Draft:
         return self.cause is not Cause.BLOCKED
 
     @property
-    def front(self) -> Order:
-        """Those in place behind which a robot joins: all, or all but the last (rule 6)."""
-        return self.strand[:-1] if self.strand == self._gives_room else self.strand
-
-    @property
     def tried(self) -> set[int]:
         """The robots that have had a turn in vain behind this very strand."""
-        return {robot for robot, behind in self._turns_in_vain if behind == self.front}
+        return {robot for robot, behind in self._turns_in_vain if behind == self.strand}
 
     def begin(self, reports: Reports, obstacle_m: Mapping[int, float], led: tuple[int, ...]) -> None:
         """Compute the order of the robots that have reported. `settle` finds those in place, after all looks.
@@ -134,7 +125,7 @@ class Draft:
 
     def join(self, robot: int, reports: Reports, turn: int) -> Join:
         """Where the strand ends that the robot joins in this turn, and where the other robots stand."""
-        places, front = places_of(reports), self.front
+        places, front = places_of(reports), self.strand
         line, leg = line_of(places, front, self.legs)
         waiting = [other for other in places if other != robot and other not in front]
         return Join(
@@ -150,12 +141,12 @@ class Draft:
         """A robot has ended its turn, in place or in vain, or has lost it."""
         self.legs.pop(robot, None)
         if placed:
-            self.strand = (*self.front, robot)
+            self.strand = (*self.strand, robot)
         else:
-            self._turns_in_vain.append((robot, self.front))
+            self._turns_in_vain.append((robot, self.strand))
 
     def next(self, reports: Reports, *, others_may_come_back: bool) -> int | NoTurn:
-        """The robot that gets the turn (rules 2 to 6)."""
+        """The robot that gets the turn (rules 2 to 5)."""
         waiting, leader = reports.keys() - {*self.strand}, self.strand[0]
         if free := sorted(waiting - self.tried):
             return self._first_of(free, reports)
@@ -167,10 +158,7 @@ class Draft:
             return NoTurn.WAIT
         goal = self.mission.goal
         if goal is None or other_order(places_of(reports), self.led, goal)[0] == leader:
-            if not reports[leader].arrived or len(self.strand) <= max(1, len(self._gives_room)):
-                return NoTurn.DONE
-            self._gives_room = self.strand
-            return self.next(reports, others_may_come_back=others_may_come_back)
+            return NoTurn.DONE
         self.led, self.strand, self._turns_in_vain = (*self.led, leader), (), []
         return NoTurn.BEGIN
 
@@ -180,7 +168,7 @@ class Draft:
         if {*free} <= {*newest_first}:
             return newest_first[0]
         places = places_of(reports)
-        off_m = np.hypot(*(positions(places, free) - positions(places, self.front[-1:])).T)
+        off_m = np.hypot(*(positions(places, free) - positions(places, self.strand[-1:])).T)
         return free[int(np.argmin(off_m))]
 
     def drop(self, robot: int) -> None:
