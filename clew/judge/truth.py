@@ -159,10 +159,8 @@ def _truth(raw: Mapping[str, Any], law: str, poses: Mapping[int, list[Row]], str
         goal_m_max=goal["tolerance_m"] + mu0_m if goal else math.inf,
         clearance_m=raw["law"]["epsilon_m"] - mu0_m if promises else 0.0,
         separation_m=max(fleet["separation_m"] - mu0_m, 0.0) if promises else 0.0,
-        # Robots keep two radii, the separation and mu0, come within mu0 of that, and are mu0 off their path.
-        behind_m_max=2.0 * radius_m
-        + max(fleet["separation_m"], _moment_m(raw) if promises else 0.0)
-        + 3.0 * mu0_m,
+        # Robots keep two radii, `_apart_m` and mu0, come within mu0 of that, and are mu0 off their path.
+        behind_m_max=2.0 * radius_m + (_apart_m(raw) if promises else fleet["separation_m"]) + 3.0 * mu0_m,
         drift_m=DRIFT * mu0_m,
         speed_mps_max=raw["drive"]["speed_mps_max"],
     )
@@ -185,14 +183,15 @@ def _written(solid: Solid) -> str:
     return f"{shape} {solid.radius_m:.9f} {solid.track.round(9).tolist()}"
 
 
-def _moment_m(raw: Mapping[str, Any]) -> float:
-    """What robots keep from each other where obstacles move: what one may do in a moment, and mu0."""
+def _apart_m(raw: Mapping[str, Any]) -> float:
+    """How near hulls come: epsilon or the separation, or, where obstacles move, what one may do in a moment."""
     tracks = [each["track"] for each in raw.get("moving") or ()]
     legs = [leg for track in tracks for leg in pairwise(track)]
     fastest_mps = max((math.dist(a[1:], b[1:]) / (b[0] - a[0]) for a, b in legs), default=0.0)
     said_mps = raw.get("obstacle_speed_mps_max")
     speed_mps = float(fastest_mps if said_mps is None else said_mps)
-    return MOMENT_S * speed_mps + raw["law"]["mu0_m"] if speed_mps > 0.0 else 0.0
+    moment_m = MOMENT_S * speed_mps + raw["law"]["mu0_m"] if speed_mps > 0.0 else 0.0
+    return max(raw["law"]["epsilon_m"], raw["fleet"]["separation_m"], moment_m)
 
 
 def _solid(name: str, raw: Mapping[str, Any]) -> Solid:
