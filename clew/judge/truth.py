@@ -184,7 +184,7 @@ def _written(solid: Solid) -> str:
 
 
 def _apart_m(raw: Mapping[str, Any]) -> float:
-    """How near hulls come: epsilon or the separation, or, where obstacles move, what one may do in a moment."""
+    """How near hulls come: epsilon, the separation, or, where obstacles move, what one may do in a moment."""
     tracks = [each["track"] for each in raw.get("moving") or ()]
     legs = [leg for track in tracks for leg in pairwise(track)]
     fastest_mps = max((math.dist(a[1:], b[1:]) / (b[0] - a[0]) for a, b in legs), default=0.0)

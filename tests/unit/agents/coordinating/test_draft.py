@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 import pytest
-from msgspec.structs import replace
 
 from agents.coordinating.draft import Draft, NoTurn
 from protocol.fence import Cause, Epoch
