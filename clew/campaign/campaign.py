@@ -47,6 +47,9 @@ EPISODES_FILE, CAMPAIGN_FILE, SCENES_FOLDER = "episodes.jsonl", "campaign.json",
 DRAWN_FOLDER = "drawn"
 SEEN_BY = 2000  # swarm episodes after which every coverage counter must have counted
 PACKAGES = ("agents", "clew", "protocol", "world")
+_OURS = ("campaign", "coverage", "fields", "guided", "judge", "percentiles.py", "rehearsal", "swarm")
+PLAYED = ("agents", "protocol", "world", *(f"clew/{each}" for each in _OURS))
+"""The source that decides how an episode goes and how it is judged."""
 HEAD = re.compile(rb'\s*{\s*"ok":\s*(true|false),\s*"interrupted":')
 """How `campaign.json` begins, in every version of Clew."""
 HEAD_BYTES = 256  # no more is read: the file may be larger than we read in one piece
@@ -185,9 +188,11 @@ def read_outcomes(path: Path) -> dict[str, Outcome]:
 
 
 def hash_of_source() -> str:
-    """A hash of our own source: outcomes of other source are not valid."""
+    """A hash of our own source that plays and judges: outcomes of other source are not valid."""
     digest = blake2b(digest_size=16)
-    for path in sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py")):
+    paths = [ROOT / each for each in PLAYED]
+    files = [path for each in paths for path in ([each] if each.is_file() else each.rglob("*.py"))]
+    for path in sorted(files):
         digest.update(path.relative_to(ROOT).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()
 
