@@ -410,7 +410,8 @@ from clew.campaign.campaign import drawn_episode
 from clew.campaign.episode import play
 drawn = drawn_episode(3, Path(), "", wall_s_max=100.0)
 play(replace(drawn, judged=True))
-print(*(module.__file__ for module in [*sys.modules.values()] if getattr(module, "__file__", None)), sep="\\n")
+files = [getattr(module, "__file__", None) for module in sys.modules.values()]
+print(*filter(None, files), sep="\\n")
 """
 
 
