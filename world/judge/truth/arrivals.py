@@ -5,7 +5,8 @@ Rule 1 (A1): at `goal.reached` the robot stands within the goal's tolerance, and
 Rule 2 (A2): at `robot.arrived` the robot stands at the arc length of the strand's path that it names, within
         mu0. The leader has reached the goal in that epoch. For any other robot, the one ahead has arrived in
         that epoch, and the way up to that one is driven: `mu0` further on it would come nearer to the rest of
-        that one's path than robots keep. It has not come nearer itself: only its place in the formation may.
+        that one's path than ground is granted. It is not nearer than robots keep, unless its place in the
+        formation is.
 Rule 3 (A2): from then on it stands, as long as the epoch is in force.
 Rule 4: entries of different sources come in any order. So a claim waits for the world's next entry, which
         shows where the body stood; for the formation; and for the claim of the robot ahead. A robot that has
@@ -53,22 +54,25 @@ class Places:
     mu0_m: float
     drive_error_m: float
     """The largest error of a drive as long as a scan reaches."""
-    keep_m: float
+    grant_keep_m: float
     """How far granted ground is from the centre of a robot that may still be there."""
+    keep_m: float
+    """How far a path that is laid later stays from it at least."""
     is_kept: bool
-    """Whether the leader keeps that distance from all ground that was granted."""
+    """Whether it does."""
 
     @classmethod
     def of(cls, scenario: Scenario) -> Self:
         """Those of a scenario."""
-        goal, law = scenario.goal, scenario.law
+        goal, law, mission = scenario.goal, scenario.law, scenario.mission()
         error_m = scenario.drive.heading_error_rad * scenario.range_m_used
         return cls(
             goal=None if goal is None else Point(x_m=goal.at_m[0], y_m=goal.at_m[1]),
             tolerance_m=0.0 if goal is None else goal.tolerance_m,
             mu0_m=law.mu0_m,
             drive_error_m=0.0 if law.promises_clearance else error_m,
-            keep_m=scenario.mission().grant_keep_m,
+            grant_keep_m=mission.grant_keep_m,
+            keep_m=mission.robot_keep_m,
             is_kept=law.promises_clearance,
         )
 
@@ -249,7 +253,7 @@ class Arrivals:
     ) -> Iterator[Dated]:
         """Rule 2, between a robot and the one ahead."""
         places, path = self._places, strand.path
-        most_m, least_m = places.keep_m + ROUNDING_M, places.keep_m - ROUNDING_M
+        most_m, least_m = places.grant_keep_m + ROUNDING_M, places.keep_m - ROUNDING_M
         on_m = _apart_m(path, progress_m, ahead_m, places.mu0_m)
         if on_m > most_m:
             why = "says that it has arrived, and has not come up to the robot ahead"
