@@ -9,8 +9,8 @@ MUTANTS = (
         "no-separation",
         "a grant ends at least `keep` before the ground that its granter may occupy",
         (
-            Edit("agents/strand/grants.py", "progress_m - self.keep_m + THERE_M)", "progress_m)"),
-            Edit("agents/strand/grants.py", "keep_m=self.keep_m)", "keep_m=0.0)"),
+            Edit("agents/strand/grants.py", "progress_m - keep_m + THERE_M)", "progress_m)"),
+            Edit("agents/strand/grants.py", "keep_m=keep_m)", "keep_m=0.0)"),
         ),
         breaks=("S2",),
     ),
