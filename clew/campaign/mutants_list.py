@@ -201,6 +201,15 @@ MUTANTS = (
         "test_a_robot_grants_the_path_behind_it_minus_the_distance_to_keep",
     ),
     _mutant(
+        "grants-within-epsilon",
+        "where a strand closes up, a robot that dies locks in none beside it",
+        "protocol/mission.py",
+        "apart_m = self.epsilon_m if self.promises_clearance else 0.0",
+        "apart_m = 0.0",
+        check="tests/unit/agents/conversations/test_arrived.py::"
+        "test_robots_of_a_strand_that_has_closed_up_are_one_again_without_a_move",
+    ),
+    _mutant(
         "reached-short",
         "A1: the goal is reached within its tolerance; here 0.33 m short of it",
         "agents/strand/leader.py",
