@@ -113,7 +113,7 @@ def test_a_body_that_is_elsewhere_sooner_than_it_can_be_is_found() -> None:
     )
 
 
-KEEP_M = 0.27  # 2 r + separation + mu0
+KEEP_M = 0.32  # 2 r + epsilon + mu0
 
 
 def queue(*x_m: float) -> list[dict[str, object]]:

@@ -85,9 +85,9 @@ def test_a_scene_in_json_means_the_same_as_its_scenario() -> None:
 @pytest.mark.parametrize(
     ("fast", "room_m"),
     [
-        ({}, 0.05),
-        ({"obstacle_speed_mps_max": 0.5}, 0.05),
-        ({"obstacle_speed_mps_max": 1.0}, 0.08),
+        ({}, 0.1),
+        ({"obstacle_speed_mps_max": 1.0}, 0.1),
+        ({"obstacle_speed_mps_max": 1.5}, 0.11),
         (
             {"moving": [{"id": "a", "shape": "circle", "radius_m": 0.1, "track": [[0, 0, 0], [2, 0, 4]]}]},
             0.14,
