@@ -4,7 +4,8 @@ Rule 1: a robot may occupy the path ahead of it only up to its authority; withou
 Rule 2: authority only grows within an epoch, so an old message never grants more than a newer one.
 Rule 3: it ends where the path first comes nearer than `keep_m` to ground that the granter may still occupy or
         will drive on: from the granter's progress to the end of the path it knows. Arc length alone is not
-        enough, since in a hairpin two distant arc lengths are close in space.
+        enough, since in a hairpin two distant arc lengths are close in space. Here `keep_m` is
+        `Mission.grant_keep_m`, which may be more than the `Mission.robot_keep_m` of rules 4 and 5.
 Rule 4: under the certified law the leader's next step keeps `keep_m` from all granted ground. So rule 3 never
         takes a grant back (`agents.navigation.certificate`), and granted ground is not checked again. The
         paper's laws ignore the robots behind, and promise nothing.
