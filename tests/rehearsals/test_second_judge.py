@@ -37,7 +37,7 @@ def test_the_verb_exits_with_1_where_the_verdict_says_something_better(tmp_path:
     run = runs.copy(tmp_path / "run", "grove")
     assert clew("judge", run).exit_code == 0
     verdict = run / "verdict.json"
-    verdict.write_text(json.dumps(json.loads(verdict.read_text()) | {"separation_m_min": 0.1}))
+    verdict.write_text(json.dumps(json.loads(verdict.read_text()) | {"separation_m_min": 0.2}))
     said = clew("judge", run)
     assert said.exit_code == 1
     assert said.stdout.endswith("FAILED: promises kept, arrived; the verdict differs\n")
