@@ -41,4 +41,4 @@ def test_the_verb_exits_with_1_where_the_verdict_says_something_better(tmp_path:
     said = clew("judge", run)
     assert said.exit_code == 1
     assert said.stdout.endswith("FAILED: promises kept, arrived; the verdict differs\n")
-    assert "the verdict differs: separation_m_min is 0.1, by true poses robot" in said.stdout
+    assert "the verdict differs: separation_m_min is 0.2, by true poses robot" in said.stdout
