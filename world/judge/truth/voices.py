@@ -4,8 +4,8 @@ Rule 1 (P7): poses, orders, fences, deaths and all else of `WORLDS` are recorded
         of a process is recorded by the world, or by that process.
 Rule 2 (P7): the world has seen the liveliness token of each process of a robot that records more than its
         start, or the process was killed before. The recorder takes no entry of a process before its token; a
-        rehearsal has no recorder, so the token may come later than the entry. A log whose world recorded no
-        incarnation shows nothing about that.
+        rehearsal has no recorder, so the token may come later than the entry, or never, if the world has lost
+        its router. A log whose world recorded no incarnation shows nothing about that.
 Rule 3 (P1): the goal, a lost route, a healed strand and a new leader are recorded by the robot that leads: it
         has joined the strand, and the fence ALL of that epoch names it.
 Rule 4 (P7): an arrival is recorded by a robot that has its place in a strand.
@@ -96,6 +96,8 @@ class Voices:
         """The incarnation of each robot's newest process."""
         self._unseen: dict[tuple[int, str], float] = {}
         """The others, with the time of the first entry after the start."""
+        self._sees_tokens = True
+        """Whether the world has its router."""
         self._leaders: dict[int, int] = {}
         """Who leads, by the fence ALL of each epoch."""
         self._joined: dict[int, int] = {}
@@ -127,7 +129,7 @@ class Voices:
 
     def _speak(self, robot: int, t_s: float) -> None:
         present = self._present.get(robot)
-        if present and present not in self._shown.get(robot, ()):
+        if present and self._sees_tokens and present not in self._shown.get(robot, ()):
             self._unseen.setdefault((robot, present), t_s)
 
     def _hear_world(self, record: Record) -> None:
@@ -140,6 +142,8 @@ class Voices:
                 self._unseen.pop((killed, self._present.get(killed, "")), None)
             case FenceChanged(may=May.ALL) as change:
                 self._leaders.setdefault(change.epoch, change.named)
+            case RouterLost() | RouterFound():
+                self._sees_tokens = isinstance(record, RouterFound)
             case _:
                 pass  # says nothing about who may record what
 

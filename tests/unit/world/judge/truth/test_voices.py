@@ -16,6 +16,8 @@ from protocol.timeline import (
     RobotStarted,
     RobotStranded,
     RouteLost,
+    RouterFound,
+    RouterLost,
     StrandHealed,
     ViewJoined,
 )
@@ -101,8 +103,18 @@ SEEN = RobotRestarted(robot=2, incarnation="j")
         ([SPOKE, (9.6, "world", SEEN)], []),
         ([], []),
         ([SPOKE, (9.6, "world", KILLED_2)], []),
+        ([(9.4, "world", RouterLost()), SPOKE], []),
+        ([(9.4, "world", RouterLost()), (9.4, "world", RouterFound(away_s=0.0)), SPOKE], [("P7", 2)]),
     ],
-    ids=["unseen", "seen", "seen later", "only started", "killed before it was seen"],
+    ids=[
+        "unseen",
+        "seen",
+        "seen later",
+        "only started",
+        "killed before it was seen",
+        "while the world sees no tokens",
+        "when it sees them again",
+    ],
 )
 def test_a_process_counts_when_the_world_has_seen_its_token(
     further: list[Said], found: list[tuple[str, int]]
