@@ -177,7 +177,7 @@ def raising_an_unspeakable_error(_: Seen) -> Step:
     raise UnspeakableError
 
 
-class PanicException(BaseException):  # noqa: N818 - its name is PyO3's
+class PanicException(BaseException):
     """What a panic of a library in Rust is in Python."""
 
 
