@@ -5,7 +5,7 @@ Rule 1 (P7): poses, orders, fences, deaths and all else of `WORLDS` are recorded
 Rule 2 (P7): the world has seen the liveliness token of each process of a robot that records more than its
         start, or the process was killed before. The recorder takes no entry of a process before its token; a
         rehearsal has no recorder, so the token may come later than the entry, or never, if the world has lost
-        its router, or is killed or frozen. A log whose world recorded no incarnation shows nothing about that.
+        its router, is killed or frozen. A log whose world recorded no incarnation shows nothing about that.
 Rule 3 (P1): the goal, a lost route, a healed strand and a new leader are recorded by the robot that leads: it
         has joined the strand, and the fence ALL of that epoch names it.
 Rule 4 (P7): an arrival is recorded by a robot that has its place in a strand.

@@ -93,7 +93,9 @@ def test_the_tally_takes_entries_only_from_whom_they_concern() -> None:
 AGAIN = RobotStarted(pid=2, incarnation="j")
 SPOKE: Said = (9.5, "r2", ViewJoined(epoch=EPOCH))
 SEEN = RobotRestarted(robot=2, incarnation="j")
-OF_WORLD = {each: FaultInjected(fault=each, rule="mine", process="world") for each in ("kill", "freeze", "thaw")}
+OF_WORLD = {
+    each: FaultInjected(fault=each, rule="mine", process="world") for each in ("kill", "freeze", "thaw")
+}
 
 
 @pytest.mark.parametrize(
