@@ -36,6 +36,15 @@ def recordable(text: str) -> str:
     return text[:REASON_LENGTH_MAX].encode(errors="backslashreplace").decode()[:REASON_LENGTH_MAX]
 
 
+def is_failure(error: BaseException) -> bool:
+    """Whether the code of a user has failed by this: it may be a panic of a library in Rust, too.
+
+    That is no `Exception`, and its class cannot be imported. What interrupts the code is no failure of it.
+    """
+    by_name = type(error).__name__ in {"PanicException", "CancelledError"}
+    return by_name or isinstance(error, Exception | SystemExit)
+
+
 def sentence_of(error: BaseException) -> str:
     """What an error says: its message, and the last calls with file and line."""
     frames = reversed(traceback.extract_tb(error.__traceback__))

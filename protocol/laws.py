@@ -16,7 +16,7 @@ from inspect import signature
 from typing import Any
 
 from protocol import law_files
-from protocol.errors import UsageError
+from protocol.errors import UsageError, is_failure
 from protocol.files.names import did_you_mean
 from protocol.mission import LAW_NAME
 
@@ -110,7 +110,9 @@ def _load(name: str) -> Any:  # noqa: ANN401 - as of `find`
     try:
         with redirect_stdout(sys.stderr):
             law = load()
-    except (Exception, SystemExit) as error:  # whatever a user's module does when it is imported
+    except BaseException as error:  # whatever a user's module does when it is imported
+        if not is_failure(error):
+            raise
         why = f"{type(error).__name__}: {error}"
         raise UsageError(f"the law {name!r} cannot be loaded from {where}: {why}") from error
     law = _called(name, law)

@@ -25,7 +25,7 @@ from agents.navigation.obstacles import Obstacle
 from agents.navigation.scan import fix
 from agents.navigation.step import GAIN_M, Sight, Step
 from protocol.arrays import Floats, xy
-from protocol.errors import recordable, sentence_of
+from protocol.errors import is_failure, recordable, sentence_of
 from protocol.frames import wrap
 from protocol.laws import OURS, register
 from protocol.mission import Mission
@@ -170,7 +170,9 @@ def asked(law: Law, seen: Seen) -> Step | Refused:
     try:
         said = law(seen if name in OURS else seen.copied())
         step = said if said is None or isinstance(said, str) else _whole(said, gaps=len(seen.gaps))
-    except (Exception, SystemExit) as error:  # rule 3: the law is the user's
+    except BaseException as error:  # rule 3: the law is the user's
+        if not is_failure(error):
+            raise
         return Refused(Why.FAILED, recordable(f"the law {name} failed: {sentence_of(error)}"))
     if step is None or isinstance(step, str) or step.length_m == 0.0:
         step = step if isinstance(step, str) else None

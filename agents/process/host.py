@@ -208,6 +208,7 @@ class _Host:
         match command.action:
             case ProcessAction.KILL:
                 self._killed.update(pids)
+                self._restarts.discard(place)  # the last command counts
                 number = signal.SIGKILL
             case ProcessAction.FREEZE:
                 number = signal.SIGSTOP
@@ -222,9 +223,9 @@ class _Host:
             os.kill(pid, number)  # the process exists: it has not been reaped
 
     def _start(self, place: Place, pids: Sequence[int]) -> None:
-        if pids:
+        if self._killed.intersection(pids):
             self._restarts.add(place)  # the process that is being killed must end first
-        elif place in self._known:
+        elif not pids and place in self._known:
             self.start(place)
             self._fork()
 

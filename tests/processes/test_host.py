@@ -163,6 +163,18 @@ async def test_a_robot_that_is_killed_and_restarted_is_a_new_process() -> None:
         assert ended(process) == (0, "")
 
 
+async def test_a_start_of_a_robot_that_is_alive_does_not_undo_its_later_kill() -> None:
+    async with host("1-3") as (world, process):
+        world.strike("r2", ProcessAction.START)
+        world.strike("r2", ProcessAction.KILL)
+        await world.until(lambda: "r2" in world.gone)
+        until_reaped(world, "r2")
+        world.tell(0.0, Phase.CLOSING, "r1", "r3")
+        await world.until_recorded(TrafficCounted, ["r1", "r3"])
+        assert ended(process) == (0, "")
+        assert len(world.pids("r2")) == 1
+
+
 def until_reaped(world: PlayedWorld, *names: str) -> None:
     """Wait until the host has reaped these robots."""
     wait_until(lambda: None if any(Path(f"/proc/{world.pid(name)}").exists() for name in names) else True)

@@ -34,11 +34,15 @@ def test_a_law_of_an_installed_package_is_found_by_its_name(installed: Path) -> 
         ("nowhere:law", "ModuleNotFoundError: No module named 'nowhere'"),
         ("unwell:law", "ZeroDivisionError: division by zero"),
         ("well:law", "AttributeError: module 'well' has no attribute 'law'"),
+        ("rusty:law", "PanicException: index out of bounds"),
     ],
 )
 def test_a_law_that_cannot_be_loaded_is_refused_in_one_line(installed: Path, value: str, why: str) -> None:
     (installed / "unwell.py").write_text("1 / 0\n")
     (installed / "well.py").touch()
+    (installed / "rusty.py").write_text(
+        "class PanicException(BaseException): pass\nraise PanicException('index out of bounds')\n"
+    )
     install(installed, "some", {"mine": value})
     with pytest.raises(UsageError, match=f"^the law 'mine' cannot be loaded from {value}: {why}$"):
         laws.find("mine")

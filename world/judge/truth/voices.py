@@ -4,8 +4,8 @@ Rule 1 (P7): poses, orders, fences, deaths and all else of `WORLDS` are recorded
         of a process is recorded by the world, or by that process.
 Rule 2 (P7): the world has seen the liveliness token of each process of a robot that records more than its
         start, or the process was killed before. The recorder takes no entry of a process before its token; a
-        rehearsal has no recorder, so the token may come later than the entry. A log whose world recorded no
-        incarnation shows nothing about that.
+        rehearsal has no recorder, so the token may come later than the entry, or never, if the world has lost
+        its router, is killed or frozen. A log whose world recorded no incarnation shows nothing about that.
 Rule 3 (P1): the goal, a lost route, a healed strand and a new leader are recorded by the robot that leads: it
         has joined the strand, and the fence ALL of that epoch names it.
 Rule 4 (P7): an arrival is recorded by a robot that has its place in a strand.
@@ -79,6 +79,10 @@ _OF_WORLD = frozenset[type](get_args(WORLDS))  # a union of so many types takes 
 LEADERS = GoalReached | RouteLost | LeaderSucceeded | StrandHealed
 """What only the robot that leads may record."""
 
+STOPS = {"kill", "freeze"}
+RESUMES = {"start", "thaw"}
+"""Of faults of the world's process; a slow one sees tokens, too."""
+
 
 def concerned(lines: Iterable[tuple[str, Entry]]) -> Iterator[tuple[str, Entry]]:
     """The entries of a timeline that count."""
@@ -96,6 +100,8 @@ class Voices:
         """The incarnation of each robot's newest process."""
         self._unseen: dict[tuple[int, str], float] = {}
         """The others, with the time of the first entry after the start."""
+        self._blinded_by: set[str] = set()
+        """Why the world sees no tokens now."""
         self._leaders: dict[int, int] = {}
         """Who leads, by the fence ALL of each epoch."""
         self._joined: dict[int, int] = {}
@@ -127,7 +133,7 @@ class Voices:
 
     def _speak(self, robot: int, t_s: float) -> None:
         present = self._present.get(robot)
-        if present and present not in self._shown.get(robot, ()):
+        if present and not self._blinded_by and present not in self._shown.get(robot, ()):
             self._unseen.setdefault((robot, present), t_s)
 
     def _hear_world(self, record: Record) -> None:
@@ -135,13 +141,24 @@ class Voices:
             case RobotAppeared(robot=robot) | RobotRestarted(robot=robot) if record.incarnation:
                 self._shown.setdefault(robot, set()).add(record.incarnation)
                 self._unseen.pop((robot, record.incarnation), None)
+            case FaultInjected(fault=fault, process=process) if process == WORLD:
+                if fault in STOPS | RESUMES:
+                    self._blind(WORLD, begins=fault in STOPS)
             case FaultInjected(fault="kill", process=str(process)):
                 killed = robot_number(process) or 0
                 self._unseen.pop((killed, self._present.get(killed, "")), None)
             case FenceChanged(may=May.ALL) as change:
                 self._leaders.setdefault(change.epoch, change.named)
+            case RouterLost() | RouterFound():
+                self._blind("router", begins=isinstance(record, RouterLost))
+            case WorldResumed():
+                self._blind(WORLD, begins=False)
             case _:
                 pass  # says nothing about who may record what
+
+    def _blind(self, why: str, *, begins: bool) -> None:
+        """For this reason the world sees no tokens from now on, or not any more."""
+        (self._blinded_by.add if begins else self._blinded_by.discard)(why)
 
     def _hear_robot(self, robot: int, record: Record) -> None:
         match record:

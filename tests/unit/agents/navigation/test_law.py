@@ -177,6 +177,14 @@ def raising_an_unspeakable_error(_: Seen) -> Step:
     raise UnspeakableError
 
 
+class PanicException(BaseException):
+    """What a panic of a library in Rust is in Python."""
+
+
+def panicking(_: Seen) -> Step:
+    raise PanicException("index out of bounds")
+
+
 def raising_half_a_character(_: Seen) -> Step:
     raise RuntimeError("half of one: \ud83d")
 
@@ -188,6 +196,7 @@ def raising_half_a_character(_: Seen) -> Step:
         (raising_an_unspeakable_error, "UnspeakableError: .*raising_an_unspeakable_error"),
         (raising_half_a_character, r"half of one: \\ud83d"),
         (lambda _: sys.exit("enough"), "SystemExit: enough"),
+        (panicking, "PanicException: index out of bounds"),
         (lambda _: Step(math.nan, 1.0), "got nan rad and 1.0 m"),
         (lambda _: Step(0.0, math.inf), "got 0.0 rad and inf m"),
         (lambda _: Step(0.0, -1.0), "got 0.0 rad and -1.0 m"),

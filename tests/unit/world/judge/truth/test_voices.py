@@ -16,6 +16,8 @@ from protocol.timeline import (
     RobotStarted,
     RobotStranded,
     RouteLost,
+    RouterFound,
+    RouterLost,
     StrandHealed,
     ViewJoined,
 )
@@ -91,6 +93,9 @@ def test_the_tally_takes_entries_only_from_whom_they_concern() -> None:
 AGAIN = RobotStarted(pid=2, incarnation="j")
 SPOKE: Said = (9.5, "r2", ViewJoined(epoch=EPOCH))
 SEEN = RobotRestarted(robot=2, incarnation="j")
+OF_WORLD = {
+    each: FaultInjected(fault=each, rule="mine", process="world") for each in ("kill", "freeze", "thaw")
+}
 
 
 @pytest.mark.parametrize(
@@ -101,8 +106,22 @@ SEEN = RobotRestarted(robot=2, incarnation="j")
         ([SPOKE, (9.6, "world", SEEN)], []),
         ([], []),
         ([SPOKE, (9.6, "world", KILLED_2)], []),
+        ([(9.4, "world", RouterLost()), SPOKE], []),
+        ([(9.4, "world", OF_WORLD["kill"]), SPOKE], []),
+        ([(9.4, "world", OF_WORLD["freeze"]), (9.4, "world", OF_WORLD["thaw"]), SPOKE], [("P7", 2)]),
+        ([(9.4, "world", RouterLost()), (9.4, "world", RouterFound(away_s=0.0)), SPOKE], [("P7", 2)]),
     ],
-    ids=["unseen", "seen", "seen later", "only started", "killed before it was seen"],
+    ids=[
+        "unseen",
+        "seen",
+        "seen later",
+        "only started",
+        "killed before it was seen",
+        "while the world sees no tokens",
+        "while there is no world",
+        "when the world goes on",
+        "when it sees them again",
+    ],
 )
 def test_a_process_counts_when_the_world_has_seen_its_token(
     further: list[Said], found: list[tuple[str, int]]
