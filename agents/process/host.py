@@ -37,7 +37,7 @@ from protocol.network.faulty_transport import Conditions
 from protocol.network.inbox import OneTaskLoop
 from protocol.network.session import read_session
 from protocol.plain import plain
-from protocol.process.allocation import fill_holes, return_large_blocks
+from protocol.process.allocation import fill_holes, forget_lookups, return_large_blocks
 from protocol.process.asked import EXIT_CODES, signal_of
 from protocol.process.ending import asked_to_end, until_ended
 
@@ -111,6 +111,7 @@ def run_host(crews: Sequence[Crew], lifeline: int | None) -> int:
     return_large_blocks()
     warm_up()
     gc.collect()
+    forget_lookups()
     fill_holes()
     gc.freeze()  # keeps loaded pages shared: the collector would touch, and so copy, them all
     with contextlib.ExitStack() as stack:
