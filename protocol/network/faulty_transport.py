@@ -104,7 +104,8 @@ class FaultyTransport(AroundTransport):
             raw = await self._inner.arrivals(wait_s)
             if self.faults.slow_s > 0.0:
                 self._take_time()
-            affected, listed = list[Arrival](), list[Arrival]()
+            affected: list[Arrival] = []
+            listed: list[Arrival] = []
             for arrival in raw:
                 if isinstance(arrival, Listed):
                     listed.append(arrival)

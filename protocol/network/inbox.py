@@ -24,7 +24,7 @@ class Inbox(Generic[T]):
 
     def __init__(self, wake: Callable[[], None], *, capacity: int, bytes_max: int) -> None:
         self._wake = wake
-        self._waiting = Bounded[T](capacity=capacity, bytes_max=bytes_max)
+        self._waiting: Bounded[T] = Bounded(capacity=capacity, bytes_max=bytes_max)
         self._lock = Lock()
 
     @property

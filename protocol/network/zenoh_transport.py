@@ -22,7 +22,6 @@ Rule 8: without a publisher the router looks for the receivers of each put anew,
 
 import asyncio
 import contextlib
-import json
 import logging
 import math
 import os
@@ -30,6 +29,7 @@ import time
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
+import msgspec
 import zenoh
 from msgspec import Struct
 from zenoh.handlers import Callback
@@ -112,7 +112,7 @@ class ZenohTransport:
         self._pulse_key, self._pulse_at_s = declared.session.keys.pulse(declared.session.name), 0.0
         self._traffic = Traffic()
         self._waking = waking
-        self._inbox = Inbox[_Raw](waking.ring, capacity=INBOX_CAPACITY, bytes_max=INBOX_BYTES_MAX)
+        self._inbox: Inbox[_Raw] = Inbox(waking.ring, capacity=INBOX_CAPACITY, bytes_max=INBOX_BYTES_MAX)
 
     @property
     def traffic(self) -> Traffic:
@@ -350,7 +350,8 @@ def open_session(session: Session) -> zenoh.Session:
         zenoh.ZError: no router admits us.
     """
     os.environ.setdefault("ZENOH_RUNTIME", CLIENT_THREADS)
-    return zenoh.open(zenoh.Config.from_json5(json.dumps(client_settings(session))))
+    settings = msgspec.json.encode(client_settings(session)).decode()
+    return zenoh.open(zenoh.Config.from_json5(settings))
 
 
 def _check_key(key: str) -> None:
