@@ -284,7 +284,7 @@ class World:
 
     def _tell(self, robots: Sequence[int]) -> list[Command]:
         told: list[Command] = [*self.arena.sample_told(robots)]
-        stood_s = self.arena.stood_s
+        stood_s = self.arena.stood_s if robots else 0.0  # it looks at all bodies; most turns tell nobody
         for robot in robots:
             self.answers.tell(robot, self.now_s)
             told.append(TellOdometry(robot, self.arena.odometry(robot, self.phase, stood_s=stood_s)))
