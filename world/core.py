@@ -99,7 +99,7 @@ class World:
         self._returned_wall_s = -math.inf
         """When present robots could last not be heard."""
         self._phase_began_wall_s = wall_s
-        self.answers = Answers()
+        self.answers = Answers(self.robots_in_all)
         self._refused = dict.fromkeys(robots, -1)
 
     @property
