@@ -99,7 +99,7 @@ class World:
         self._returned_wall_s = -math.inf
         """When present robots could last not be heard."""
         self._phase_began_wall_s = wall_s
-        self.answers = Answers()
+        self.answers = Answers(self.robots_in_all)
         self._refused = dict.fromkeys(robots, -1)
 
     @property
@@ -284,7 +284,7 @@ class World:
 
     def _tell(self, robots: Sequence[int]) -> list[Command]:
         told: list[Command] = [*self.arena.sample_told(robots)]
-        stood_s = self.arena.stood_s
+        stood_s = self.arena.stood_s if robots else 0.0  # it looks at all bodies; most turns tell nobody
         for robot in robots:
             self.answers.tell(robot, self.now_s)
             told.append(TellOdometry(robot, self.arena.odometry(robot, self.phase, stood_s=stood_s)))

@@ -5,6 +5,7 @@ Settings are inherited by processes that are forked, and cost nothing where litt
 
 import contextlib
 import ctypes
+import sys
 
 M_MMAP_THRESHOLD, M_ARENA_MAX = -3, -8  # their numbers in malloc.h
 LARGE_BYTES = 1 << 17  # glibc's own value, until it adapts to what is freed
@@ -29,6 +30,16 @@ def return_large_blocks() -> None:
     282 m kept 12 to 21 MB of a map that it had given up; now it keeps 5.
     """
     _set(M_MMAP_THRESHOLD, LARGE_BYTES)
+
+
+def forget_lookups() -> None:
+    """Empty Python's cache of attributes of types: call it before robots are forked.
+
+    It keeps the names of the last 4,096 lookups, most of them of libraries as they were loaded. Each lookup
+    of a robot would let go of one, and so write into a page that all robots share.
+    """
+    with contextlib.suppress(AttributeError):
+        sys._clear_type_cache()  # of CPython alone
 
 
 def fill_holes() -> None:

@@ -1,6 +1,6 @@
 """All bodies of a fleet, and what they do in a tick.
 
-Rule 1: a tick costs nothing for a body at rest.
+Rule 1: a tick costs nothing for a body at rest, and a scan does not ask where all bodies are while they rest.
 """
 
 from collections.abc import Sequence
@@ -47,6 +47,8 @@ class Bodies:
             Body(row + 1, start, limits, stream)
             for row, (start, stream) in enumerate(zip(starts, errors, strict=True))
         ]
+        self._place_m: Floats | None = None
+        """Where they are, once it has been asked; None: since then one has moved."""
 
     def __len__(self) -> int:
         return len(self._bodies)
@@ -57,7 +59,9 @@ class Bodies:
     @property
     def place_m(self) -> Floats:
         """(N, 2) [world frame]; a new array."""
-        return np.array(self.places).reshape(-1, 2)
+        if self._place_m is None:
+            self._place_m = np.array(self.places).reshape(-1, 2)
+        return self._place_m.copy()
 
     @property
     def places(self) -> list[tuple[float, float]]:
@@ -104,6 +108,7 @@ class Bodies:
 
     def resume(self, body: int, pose: Pose, *, ordered: int, finished: int, now_s: float) -> None:
         """Stand at this pose without an order in hand."""
+        self._place_m = None
         self._bodies[body].resume(pose, ordered=ordered, finished=finished, now_s=now_s)
 
     def stand(self) -> None:
@@ -136,4 +141,6 @@ class Bodies:
                 finished.append(row)
             if news.stopped:
                 stopped.append(row)
+        if starts:
+            self._place_m = None
         return Moves(starts, veered, finished, stopped)

@@ -37,7 +37,7 @@ def cast(
         range_m_max: the range limit.
         discs: hulls of other bodies, `(k, 3)`: x, y, radius. Radius 0 is a point: no ray hits it.
     """
-    hulls = discs[discs[:, 2] > 0.0]
+    hulls = discs[(discs[:, 2] > 0.0) & are_near(discs, origin_in_world, range_m_max)]
     # A circle is an ellipse with equal axes; the rotation does not matter.
     round_shapes = np.vstack(
         [ground.ellipses] + [np.column_stack((c, c[:, 2], np.zeros(len(c)))) for c in (ground.circles, hulls)]
@@ -100,6 +100,9 @@ def _cast_at_ellipses(ellipses: Floats, origin: Floats, rays: _Rays, *, range_m_
 
 def _cast_at_edges(ground: Ground, origin: Floats, rays: _Rays, *, range_m_max: float) -> Floats:
     edges, (middles, half_lengths_m) = ground.edges, ground.edge_middles
+    first_m = np.full(len(rays.order), math.inf)
+    if len(edges) == 0:
+        return first_m
     if winding(edges, origin[None])[2].sum() != 0.0:
         return np.zeros_like(rays.cosine)
     offsets = middles - origin
@@ -116,7 +119,6 @@ def _cast_at_edges(ground: Ground, origin: Floats, rays: _Rays, *, range_m_max: 
     run = beside_m[0] - beside_m[1]
     share = beside_m[0] / np.where(run == 0.0, 1.0, run)  # for an edge along the ray, its first end counts
     ranges_m = along_m[0] + share * (along_m[1] - along_m[0])
-    first_m = np.full(len(rays.order), math.inf)
     np.minimum.at(first_m, ray, np.where(ranges_m >= 0.0, ranges_m, math.inf))
     return first_m
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from world.answers import SLACK_S, Answers, due
+from world.answers import PATIENCE_S, SLACK_S, Answers, due
 
 
 @pytest.mark.parametrize(("robots", "every"), [(5, 1), (200, 1), (201, 2), (400, 2), (401, 3), (2000, 3)])
@@ -28,3 +28,14 @@ def test_a_robot_that_owes_the_answer_to_one_turn_is_not_behind_and_to_two_it_is
     assert list(answers.behind(slack_s=SLACK_S)) == []
     answers.tell(1, 1.2)
     assert list(answers.behind(slack_s=SLACK_S)) == [1]
+
+
+@pytest.mark.parametrize(("robots", "longest_s"), [(5, PATIENCE_S), (250, PATIENCE_S), (1000, 40.0)])
+def test_the_clock_waits_longer_for_a_robot_beside_many(robots: int, longest_s: float) -> None:
+    answers = Answers(robots)
+    answers.begin([1], wall_s=0.0)
+    answers.tell(1, 1.0)
+    everyone, before_s = {1}, longest_s - 0.1
+    assert list(answers.late(everyone, everyone, wall_s=before_s)) == [1]
+    assert list(answers.late(everyone, everyone, wall_s=longest_s)) == []
+    assert list(answers.late(everyone, set(), wall_s=before_s)) == []  # it shows no token

@@ -27,6 +27,23 @@ for _ in range(2):  # the second time glibc has learned how large blocks are
 print(had_bytes() - before)
 """
 
+NAMES = 100
+NAMES_PROGRAM = f"""
+import sys
+from protocol.process.allocation import forget_lookups
+
+class Looked:
+    pass
+
+names = ["looked up " + str(each) for each in range({NAMES})]
+before = sum(map(sys.getrefcount, names))
+for each in range({NAMES}):
+    getattr(Looked, names[each], None)
+if sys.argv[1] == "forgets":
+    forget_lookups()
+print(sum(map(sys.getrefcount, names)) - before)
+"""
+
 
 HOLES = 2000
 HOLES_PROGRAM = f"""
@@ -68,3 +85,8 @@ def kept_bytes(how: str) -> int:
 
 def test_large_blocks_go_back_to_the_system_when_they_are_freed() -> None:
     assert kept_bytes("returns") < BLOCKS * BLOCK_BYTES / 4 < kept_bytes("keeps")
+
+
+def test_python_refers_to_no_name_that_it_has_looked_up_when_lookups_are_forgotten() -> None:
+    assert told_by(NAMES_PROGRAM, "keeps") > NAMES / 2  # some take the place of others
+    assert told_by(NAMES_PROGRAM, "forgets") == 0

@@ -341,3 +341,11 @@ def test_a_body_that_stops_veers_once_and_is_at_rest_then() -> None:
     veered = [(fleet.tick(now_s=0.0, tick_s=TICK_S)).veered for _ in range(5)]
     assert veered == [[0], [0], [0], [], []]  # it begins, its last step is shorter, it stands
     assert fleet.tick(now_s=0.0, tick_s=TICK_S).starts == {}
+
+
+def test_the_places_are_those_of_now_and_nobody_can_change_them() -> None:
+    fleet = bodies(HOME)
+    fleet.place_m[0] = 5.0
+    assert fleet.place_m.tolist() == [[0.0, 0.0]]
+    fleet.resume(0, Pose(x_m=1.0, y_m=2.0, heading_rad=0.0), ordered=0, finished=0, now_s=0.0)
+    assert fleet.place_m.tolist() == [[1.0, 2.0]]
