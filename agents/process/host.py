@@ -22,7 +22,6 @@ import sys
 import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -35,12 +34,12 @@ from protocol.faults.process_commands import HostCommand, command_socket, receiv
 from protocol.faults.process_faults import ProcessAction
 from protocol.keys import robot_name
 from protocol.network.faulty_transport import Conditions
+from protocol.network.inbox import OneTaskLoop
 from protocol.network.session import read_session
 from protocol.plain import plain
 from protocol.process.allocation import fill_holes, forget_lookups, return_large_blocks
-from protocol.process.alone import run_alone
 from protocol.process.asked import EXIT_CODES, signal_of
-from protocol.process.ending import asked_to_end
+from protocol.process.ending import asked_to_end, until_ended
 
 KILL_AFTER_S = 2.0  # wall: a fleet has 5 s to end, and its launcher needs some of that
 PID = struct.Struct("=i")
@@ -88,8 +87,7 @@ def run_robot(
     """
     try:
         session = read_session(told.sessions / f"{robot_name(robot)}.json")
-        life = partial(
-            run,
+        life = run(
             robot,
             session,
             conditions=told.conditions,
@@ -97,7 +95,8 @@ def run_robot(
             again=again,
             on_connected=on_connected,
         )
-        return run_alone(lambda bell: life(waking=bell), lifeline)
+        with asyncio.Runner(loop_factory=OneTaskLoop) as runner:
+            return runner.run(until_ended(life, lifeline))
     except UsageError as error:
         say(f"{told.name_of(robot)}: {error}")
         return ExitCode.USAGE

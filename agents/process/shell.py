@@ -37,7 +37,6 @@ from protocol.keys import WORLD, WORLD_NUMBER, Keys, robot_name, robot_number
 from protocol.laws import find
 from protocol.mission import Mission, start_wall_s
 from protocol.network.faulty_transport import Conditions, FaultyTransport
-from protocol.network.inbox import Waking
 from protocol.network.lateness import Lateness
 from protocol.network.outbox import Outbox, resend_s
 from protocol.network.session import Session
@@ -74,7 +73,6 @@ async def run(
     sessions: Path,
     again: bool,
     on_connected: Callable[[], None],
-    waking: Waking,
 ) -> ExitCode:
     """Run one robot, from opening the session to the end of the run.
 
@@ -85,7 +83,6 @@ async def run(
         sessions: the run's private folder, with the host's command socket.
         again: whether it is the successor of a process that has died.
         on_connected: called when it has a session.
-        waking: what wakes it; it waits for nothing else.
 
     Raises:
         UsageError: no router admits us.
@@ -97,7 +94,7 @@ async def run(
     alive = keys.alive(name, incarnation)
     victim = Victim(robot, sessions, conditions, again=again)
     hear, watch = heard(keys, name), tokens_of(keys, frozenset({beside(robot)}))
-    with open_transport(session, hear=hear, answer=[], alive=alive, watch=watch, waking=waking) as transport:
+    with open_transport(session, hear=hear, answer=[], alive=alive, watch=watch) as transport:
         on_connected()
         shell = Shell(robot, session, transport, incarnation, conditions=conditions, victim=victim)
         mission = await shell.mission()

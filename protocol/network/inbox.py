@@ -1,11 +1,15 @@
 """A bounded queue from the network's thread to the task that reads it, and what wakes that task.
 
-Rule 1: the task waits in the event loop, where other tasks run meanwhile (`Alarm`). A process that has no
-        other task has no event loop (`protocol.process.alone`).
+Rule 1: the task waits in the event loop, where other tasks run meanwhile (`Alarm`). In a process that has no
+        other task it waits beside the loop (`Bell`): there a message costs a third of the system calls.
 """
 
 import asyncio
 import contextlib
+import math
+import os
+import select
+import selectors
 from collections.abc import Callable
 from threading import Lock
 from typing import Generic, Protocol, TypeVar
@@ -14,6 +18,13 @@ from protocol.network.bounded import Bounded
 from protocol.process.foreign import keep_thread
 
 T = TypeVar("T")
+
+QUIET_TURNS = 8
+"""After so many turns without an event a loop has nothing left to do: a signal takes five to cancel a task.
+
+Turns, and not a time: on a busy machine the time may be over before, and then the task would wait for a bell
+that nobody rings, while the loop stands still.
+"""
 
 
 class Inbox(Generic[T]):
@@ -91,3 +102,57 @@ class Alarm:
     def _end(self) -> None:
         if self._waiting is not None and not self._waiting.done():
             self._waiting.set_result(None)
+
+
+class _CountingSelector(selectors.EpollSelector):
+    """Counts the turns of a loop since its last event."""
+
+    quiet_turns = 0
+
+    def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        events = super().select(timeout)
+        self.quiet_turns = 0 if events else self.quiet_turns + 1
+        return events
+
+
+class OneTaskLoop(asyncio.SelectorEventLoop):
+    """The event loop of a process with one task, beside signals and files that end it."""
+
+    def __init__(self) -> None:
+        self.selector = _CountingSelector()
+        super().__init__(self.selector)
+
+    async def serve(self) -> None:
+        """Do what signals and files ask for, until nothing of it is left."""
+        await asyncio.sleep(0)
+        while self.selector.quiet_turns < QUIET_TURNS:  # noqa: ASYNC110 - it lets the loop turn, and waits for nothing
+            await asyncio.sleep(0)
+
+
+class Bell:
+    """Wakes the thread of a loop with one task: it waits for the bell and for the files of the loop."""
+
+    def __init__(self, loop: OneTaskLoop) -> None:
+        self._rung = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+        self._loop = loop
+        self._either = select.poll()
+        for each in (self._rung, loop.selector.fileno()):
+            self._either.register(each, select.POLLIN)
+
+    def ring(self) -> None:
+        """Wake the reader, now or when it waits next."""
+        os.eventfd_write(self._rung, 1)
+
+    async def wait(self, timeout_s: float | None) -> None:
+        """Wait until it rings, or the loop has something to do."""
+        ready = self._either.poll(None if timeout_s is None else math.ceil(timeout_s * 1000.0))
+        for file, _ in ready:
+            if file == self._rung:
+                os.eventfd_read(self._rung)
+            else:
+                await self._loop.serve()
+
+
+def alarm(loop: asyncio.AbstractEventLoop) -> Waking:
+    """What wakes the one reader in this loop."""
+    return Bell(loop) if isinstance(loop, OneTaskLoop) else Alarm(loop)

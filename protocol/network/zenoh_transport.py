@@ -38,7 +38,7 @@ from protocol.errors import MessageRefusedError, SessionLostError, UsageError
 from protocol.keys import WORLD, matches
 from protocol.network.bounded import INBOX_BYTES_MAX, INBOX_CAPACITY
 from protocol.network.deafness import Deafness
-from protocol.network.inbox import Alarm, Inbox, Waking
+from protocol.network.inbox import Inbox, alarm
 from protocol.network.session import Session
 from protocol.network.settings import CLIENT_THREADS, ask_timeout_ms, client_settings, connect_s
 from protocol.network.traffic import Traffic
@@ -94,7 +94,7 @@ class _Declared:
 class ZenohTransport:
     """One process's session. Made by `open_transport`."""
 
-    def __init__(self, declared: _Declared, watch: Collection[str], waking: Waking) -> None:
+    def __init__(self, declared: _Declared, watch: Collection[str]) -> None:
         self._declared = declared
         self._watches: dict[str, zenoh.Subscriber[None] | None] = dict.fromkeys(watch)
         """The subscribers by their patterns; None before it is declared."""
@@ -111,8 +111,8 @@ class ZenohTransport:
         self._deafness = Deafness(declared.alive)
         self._pulse_key, self._pulse_at_s = declared.session.keys.pulse(declared.session.name), 0.0
         self._traffic = Traffic()
-        self._waking = waking
-        self._inbox: Inbox[_Raw] = Inbox(waking.ring, capacity=INBOX_CAPACITY, bytes_max=INBOX_BYTES_MAX)
+        self._alarm = alarm(asyncio.get_running_loop())
+        self._inbox: Inbox[_Raw] = Inbox(self._alarm.ring, capacity=INBOX_CAPACITY, bytes_max=INBOX_BYTES_MAX)
 
     @property
     def traffic(self) -> Traffic:
@@ -157,7 +157,7 @@ class ZenohTransport:
 
     async def arrivals(self, timeout_s: float | None) -> Sequence[Arrival]:
         """Wait for arrivals and return all of them; empty after the timeout."""
-        await self._waking.wait(0.0 if len(self._inbox) else timeout_s)
+        await self._alarm.wait(0.0 if len(self._inbox) else timeout_s)
         raw = self._inbox.drain()  # nothing is awaited from here on: a call that is cancelled loses nothing
         now_s = time.monotonic()
         if not raw:
@@ -296,26 +296,19 @@ class ZenohTransport:
 
 @contextlib.contextmanager
 def open_transport(
-    session: Session,
-    *,
-    hear: Sequence[str],
-    answer: Sequence[str],
-    alive: str | None,
-    watch: Collection[str],
-    waking: Waking | None = None,
+    session: Session, *, hear: Sequence[str], answer: Sequence[str], alive: str | None, watch: Collection[str]
 ) -> Iterator[ZenohTransport]:
     """A transport that subscribes to `hear`, answers queries on `answer`, and watches tokens on `watch`.
 
-    The token `alive` is declared last, so a process that sees it knows that the rest is in place. `waking`
-    wakes the task that waits for arrivals; without it, enter the context in the event loop of that task.
+    The token `alive` is declared last, so a process that sees it knows that the rest is in place. Enter the
+    context in the event loop that will process the arrivals.
 
     Raises:
         UsageError: no router admits us.
         SessionLostError: Zenoh has panicked, here or in one of its own threads before.
     """
     with _panic_is_loss():
-        waking = waking or Alarm(asyncio.get_running_loop())
-        transport = ZenohTransport(_Declared(session, hear, answer, alive), watch, waking)
+        transport = ZenohTransport(_Declared(session, hear, answer, alive), watch)
         with contextlib.closing(transport):
             transport.declare()
             yield transport

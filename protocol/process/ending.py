@@ -14,11 +14,6 @@ FAIL = signal.SIGUSR1
 """End, for another process of the run is lost: the run has failed."""
 
 
-def requests() -> dict[signal.Signals, ExitCode]:
-    """The signals that ask this process to end, and what it exits with then."""
-    return {number: EXIT_CODES[number] for number in heeded()} | {FAIL: ExitCode.FAILED}
-
-
 @contextlib.contextmanager
 def asked_to_end(lifeline: int | None) -> Iterator[asyncio.Future[ExitCode]]:
     """A future that gets an exit code when this process is asked to end. Enter it in the event loop.
@@ -38,7 +33,7 @@ def asked_to_end(lifeline: int | None) -> Iterator[asyncio.Future[ExitCode]]:
             loop.remove_reader(lifeline)
             end(ExitCode.TERMINATED)
 
-    signals = requests()
+    signals = {number: EXIT_CODES[number] for number in heeded()} | {FAIL: ExitCode.FAILED}
     for number, exit_code in signals.items():
         loop.add_signal_handler(number, end, exit_code)
     if lifeline is not None:

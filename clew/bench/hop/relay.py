@@ -29,11 +29,10 @@ from clew.bench.hop.strand import Strand
 from protocol.keys import robot_name
 from protocol.network.around import AroundTransport
 from protocol.network.faulty_transport import Conditions
-from protocol.network.inbox import Waking
+from protocol.network.inbox import OneTaskLoop
 from protocol.network.session import Session, read_session
 from protocol.network.transport import Transport
 from protocol.network.zenoh_transport import open_session, open_transport
-from protocol.process.alone import run_alone
 from protocol.wire.codec import encode
 from protocol.wire.messages import BehindState, Message
 
@@ -78,7 +77,8 @@ def relay(kind: Relay, robot: int, strand: Strand, folder: Path, told: int) -> N
     session = read_session(folder / f"{robot_name(robot)}.json")
     match kind:
         case Relay.STACK:
-            run_alone(lambda bell: _stack(robot, session, strand, folder, told, waking=bell), None)
+            with asyncio.Runner(loop_factory=OneTaskLoop) as runner:  # as the host of robots does
+                runner.run(_stack(robot, session, strand, folder, told))
         case Relay.ASYNCIO:
             asyncio.run(_asyncio(robot, session, strand, told))
         case Relay.CALLBACK:
@@ -89,16 +89,12 @@ def relay(kind: Relay, robot: int, strand: Strand, folder: Path, told: int) -> N
                     time.sleep(3600.0)
 
 
-async def _stack(
-    robot: int, session: Session, strand: Strand, folder: Path, told: int, *, waking: Waking
-) -> None:
+async def _stack(robot: int, session: Session, strand: Strand, folder: Path, told: int) -> None:
     """Rule 2."""
     keys, name, conditions = session.keys, session.name, Conditions()
     alive = keys.alive(name, INCARNATION)
     victim = Victim(robot, folder, conditions, again=False)
-    with open_transport(
-        session, hear=heard(keys, name), answer=[], alive=alive, watch=[], waking=waking
-    ) as opened:
+    with open_transport(session, hear=heard(keys, name), answer=[], alive=alive, watch=[]) as opened:
         for neighbour in (robot - 1, robot + 1):
             go_on(opened, keys.link(name, robot_name(neighbour)))
         is_last = robot == len(strand.cores)

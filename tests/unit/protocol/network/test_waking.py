@@ -1,11 +1,19 @@
-"""An alarm wakes the task that waits for it in a loop of several tasks."""
+"""What wakes a task: an alarm in a loop of several tasks, a bell in a loop of one."""
 
 import asyncio
+import os
+import signal
 import time
-from threading import Thread
+from collections.abc import Coroutine
+from threading import Thread, Timer
+from typing import TypeVar
 
-from protocol.network.inbox import Alarm
+from protocol.exit_codes import ExitCode
+from protocol.network.inbox import Alarm, Bell, OneTaskLoop, alarm
+from protocol.process.ending import until_ended
 from tests.support.deadline import DEADLINE_S
+
+T = TypeVar("T")
 
 
 def test_an_alarm_that_another_thread_rings_ends_the_wait_and_a_ring_before_it_does_not() -> None:
@@ -50,3 +58,64 @@ def test_an_alarm_that_rings_after_the_loop_has_ended_rings_for_nobody() -> None
         return Alarm(asyncio.get_running_loop())
 
     asyncio.run(made()).ring()
+
+
+def _in_one_task(work: Coroutine[None, None, T]) -> T:
+    with asyncio.Runner(loop_factory=OneTaskLoop) as runner:
+        return runner.run(work)
+
+
+async def _bell() -> Bell:
+    bell = alarm(asyncio.get_running_loop())
+    assert isinstance(bell, Bell)
+    return bell
+
+
+def test_a_bell_that_another_thread_rings_ends_the_wait_and_a_ring_before_it_ends_the_next_wait_only() -> (
+    None
+):
+    async def waits() -> list[float]:
+        bell, took_s = await _bell(), list[float]()
+        bell.ring()
+        bell.ring()
+        for timeout_s, rings in ((None, False), (0.05, False), (None, True)):
+            since_s = time.monotonic()
+            timer = Timer(0.01, bell.ring)
+            if rings:
+                timer.start()
+            await bell.wait(timeout_s)
+            took_s.append(time.monotonic() - since_s)
+            if rings:
+                timer.join()
+        return took_s
+
+    rung_before_s, silent_s, rung_s = _in_one_task(waits())
+    assert rung_before_s < DEADLINE_S
+    assert silent_s >= 0.05
+    assert rung_s >= 0.01
+
+
+def test_while_a_task_waits_for_a_bell_its_loop_still_hears_signals_and_files() -> None:
+    async def waits(timer: Timer) -> int:
+        bell = await _bell()
+        timer.start()  # here the loop handles signals: before that, one would end us
+        while True:
+            await bell.wait(DEADLINE_S)
+
+    since_s = time.monotonic()
+    reading_end, writing_end = os.pipe()
+    raises = Timer(0.01, os.kill, (os.getpid(), signal.SIGTERM))
+    assert _in_one_task(until_ended(waits(raises), reading_end)) == ExitCode.TERMINATED
+    raises.join()
+    closes = Timer(0.01, os.close, (writing_end,))
+    assert _in_one_task(until_ended(waits(closes), reading_end)) == ExitCode.TERMINATED
+    closes.join()
+    os.close(reading_end)
+    assert time.monotonic() - since_s < DEADLINE_S
+
+
+def test_a_loop_with_other_tasks_has_an_alarm_so_that_they_run() -> None:
+    async def made() -> object:
+        return alarm(asyncio.get_running_loop())
+
+    assert isinstance(asyncio.run(made()), Alarm)
