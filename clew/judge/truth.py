@@ -191,7 +191,7 @@ def _apart_m(raw: Mapping[str, Any]) -> float:
     said_mps = raw.get("obstacle_speed_mps_max")
     speed_mps = float(fastest_mps if said_mps is None else said_mps)
     moment_m = MOMENT_S * speed_mps + raw["law"]["mu0_m"] if speed_mps > 0.0 else 0.0
-    return max(float(raw["law"]["epsilon_m"]), raw["fleet"]["separation_m"], moment_m)
+    return max(float(raw["law"]["epsilon_m"]), float(raw["fleet"]["separation_m"]), moment_m)
 
 
 def _solid(name: str, raw: Mapping[str, Any]) -> Solid:
