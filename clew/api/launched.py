@@ -13,10 +13,9 @@ Rule 4: when it is closed, no process and no socket is left behind. If one was, 
 import contextlib
 import math
 import os
-import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -26,7 +25,7 @@ from msgspec import structs
 from clew.api.fleet import Asked, Fleet, WaitFailedError
 from clew.api.rehearsed import Faults, RehearsedFleet, asked_of
 from clew.fleet.folder import RUNS, make_latest
-from clew.fleet.live import Launched
+from clew.fleet.live import LAUNCHER, Launched, our_environment
 from clew.fleet.options import speed_of
 from clew.fleet.runs import verdict_in
 from clew.log.follow import Follower, look
@@ -38,7 +37,6 @@ from protocol.faults.plan_text import FAULTS_FILE, plan_text
 from protocol.faults.rules import Rule
 from protocol.files.writing import write_whole
 from protocol.plain import plain
-from protocol.root import IS_CHECKOUT, ROOT
 from protocol.run_settings import SCENARIO_FILE
 from protocol.timeline import PoseSampled
 from world.judge.verdict import Verdict
@@ -167,8 +165,8 @@ class LaunchedFleet(Fleet):
                 options += ["--held"]
             if plan.rules:
                 options += ["--faults", str(paths[FAULTS_FILE])]
-            command = [sys.executable, "-m", "clew.cli", "run", str(paths[SCENARIO_FILE]), *options]
-            self._launched = Launched(command, _environment())
+            command = [*LAUNCHER, str(paths[SCENARIO_FILE]), *options]
+            self._launched = Launched(command, our_environment())
             self._wait_for_start()
         if asked.folder.parent == RUNS.absolute():
             make_latest(asked.folder)
@@ -239,11 +237,3 @@ class LaunchedFleet(Fleet):
             raise WaitFailedError(
                 f"the fleet {how} and left behind: {', '.join(ended.leftovers) or 'nothing'}"
             )
-
-
-def _environment() -> Mapping[str, str]:
-    """Ours come first, whatever is in the folder that we are called in; as launch/setup.sh has it."""
-    paths = [str(ROOT)] if IS_CHECKOUT else []
-    paths += [path for path in [os.environ.get("PYTHONPATH")] if path]
-    threads = {"OPENBLAS_NUM_THREADS": "1", "PYTHONSAFEPATH": "1"}
-    return {**threads, **({"PYTHONPATH": os.pathsep.join(paths)} if paths else {})}

@@ -2,7 +2,6 @@
 
 import contextlib
 import os
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -10,7 +9,7 @@ from pathlib import Path
 import msgspec
 
 from clew.bench.progress import Progress, Together
-from clew.fleet.live import Ended, Launched
+from clew.fleet.live import LAUNCHER, Ended, Launched
 from clew.fleet.supervision.limits import limits_of
 from protocol.errors import UsageError
 from protocol.faults.manual_faults import WHERE_FILE
@@ -55,7 +54,7 @@ class LiveFleet:
         self.progress = Together([*self._told.values()])
         self.began_s = time.time()
         """When its launcher was started [s since 1970]."""
-        command = [sys.executable, "-m", "clew.cli", "run", str(path), "--out", str(self.out), "--quiet"]
+        command = [*LAUNCHER, str(path), "--out", str(self.out), "--quiet"]
         promised = limits_of(self.robots, fleets=len(fleets), is_resumable=False)
         self._launched = Launched(
             [*command, "--speed", str(speed), "--seed", str(SEED)], end_s_max=2.0 * promised.all_s

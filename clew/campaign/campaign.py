@@ -4,6 +4,7 @@ Rule 1: each outcome is appended to `episodes.jsonl` as soon as it exists. So an
         continued, and loses only the episodes that were being played.
 Rule 2: an outcome is valid as long as scene, seed, options and our own source are the same to the byte.
 Rule 3: `campaign.json` is written even if the user interrupts the campaign.
+Rule 4: a folder has one campaign at a time. A second one would play all that the first is playing.
 """
 
 import os
@@ -12,6 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from dataclasses import replace as replace_fields
 from hashlib import blake2b
+from io import FileIO
 from pathlib import Path
 
 import msgspec
@@ -41,7 +43,7 @@ from protocol.files.opening import MADE_BYTES_MAX, open_regular, read_bytes
 from protocol.files.writing import make_folder, open_private, write_whole
 from protocol.law_files import copies, is_of_file, named
 from protocol.root import ROOT
-from world.record.recorder import EVENTS_FILE
+from world.record.recorder import EVENTS_FILE, held_alone
 
 EPISODES_FILE, CAMPAIGN_FILE, SCENES_FOLDER = "episodes.jsonl", "campaign.json", "scenes"
 DRAWN_FOLDER = "drawn"
@@ -125,7 +127,8 @@ def run(
         warn: gets a line for each broken file, which is not played.
 
     Raises:
-        UsageError: there is nothing to play, or the folder is not writable, or has foreign files.
+        UsageError: there is nothing to play; or the folder is not writable, has foreign files, or a
+            campaign that is going on.
     """
     source_hash = hash_of_source()
     law = request.law and named(request.law, Path())
@@ -137,18 +140,25 @@ def run(
             make_folder(request.out)  # a refused campaign leaves no folder
         for name, text in copies(law or "").items():
             write_whole(request.out / name, text)
-        path = request.out / EPISODES_FILE
-        judged = {episode.key: episode.judged for episode in episodes}
-        done = {
-            key: outcome
-            for key, outcome in read_outcomes(path).items()
-            if key in judged and (outcome.judged or not judged[key])
-        }
-        interrupted = False
-        try:
-            _play(episodes, done, request, watch, source)
-        except KeyboardInterrupt:
-            interrupted = True
+        with _held(request.out / EPISODES_FILE) as file:
+            judged = {episode.key: episode.judged for episode in episodes}
+            done = {
+                key: outcome
+                for key, outcome in read_outcomes(request.out / EPISODES_FILE).items()
+                if key in judged and (outcome.judged or not judged[key])
+            }
+            left = [each for each in episodes if each.key not in done]
+            interrupted = False
+            try:
+                _play(
+                    source(left, request.jobs),
+                    file,
+                    done,
+                    request,
+                    lambda done, surprises: watch(done, len(episodes), surprises),
+                )
+            except KeyboardInterrupt:
+                interrupted = True
         campaign = _sum_up(request, episodes, done, source_hash, interrupted=interrupted)
         text = msgspec.json.format(msgspec.json.encode(campaign)) + b"\n"
         write_whole(request.out / CAMPAIGN_FILE, text)
@@ -294,29 +304,41 @@ def _plan_bytes(faults: str | None) -> bytes:
     return msgspec.json.encode(plans.load(faults, (DRAWN, SWARM)))
 
 
+def _held(path: Path) -> FileIO:
+    """The file of the outcomes, to append to. While it is open, no other campaign writes it (rule 4).
+
+    Raises:
+        UsageError: another campaign is going on there.
+        OSError: it cannot be read or written.
+    """
+    try:
+        file = held_alone(open_private(path, "a"))
+    except BlockingIOError as error:
+        raise UsageError(f"{path.parent}: another campaign is going on there") from error
+    written = read_bytes(path, MADE_BYTES_MAX)
+    if written and not written.endswith(b"\n"):  # torn
+        file.write(b"\n")
+    return file
+
+
 def _play(
-    episodes: Sequence[Episode],
+    played: Iterable[Outcome],
+    file: FileIO,
     done: dict[str, Outcome],
     request: Request,
-    watch: Callable[[int, int, int], None],
-    source: Source,
+    watch: Callable[[int, int], None],
 ) -> None:
-    """Play the episodes that are not done; add each outcome to the file and to `done`."""
-    path = request.out / EPISODES_FILE
-    torn = path.exists() and not read_bytes(path, MADE_BYTES_MAX).endswith(b"\n")
+    """Add each outcome to the file and to `done`, as it comes; `watch` gets counts: done, surprising."""
     surprises = sum(outcome.surprise is not Surprise.NONE for outcome in done.values())
-    watch(len(done), len(episodes), surprises)
-    with open_private(path, "a") as file:
-        if torn:
-            file.write(b"\n")
-        for played in source([each for each in episodes if each.key not in done], request.jobs):
-            outcome = played
-            if request.faults == SWARM and (request.keep or outcome.surprise is not Surprise.NONE):
-                outcome = _with_drawn(outcome, request.out)
-            file.write(msgspec.json.encode(outcome) + b"\n")
-            done[outcome.key] = outcome
-            surprises += outcome.surprise is not Surprise.NONE
-            watch(len(done), len(episodes), surprises)
+    watch(len(done), surprises)
+    for each in played:
+        outcome = each
+        if request.faults == SWARM and (request.keep or outcome.surprise is not Surprise.NONE):
+            outcome = _with_drawn(outcome, request.out)
+        file.write(msgspec.json.encode(outcome) + b"\n")
+        done[outcome.key] = outcome
+        surprises += outcome.surprise is not Surprise.NONE
+        watch(len(done), surprises)
 
 
 def _sum_up(

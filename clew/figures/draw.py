@@ -10,6 +10,7 @@ from clew.figures.bare import stand_in
 from clew.figures.outcomes import read_campaign
 from clew.figures.style import Chart, LeftOut, render
 from clew.log import timeline
+from clew.log.log import check_one_fleet
 from clew.story.course import course_of
 from protocol.errors import UsageError
 from protocol.files.writing import make_folder, write_whole
@@ -22,10 +23,11 @@ def charts_in(source: Path) -> tuple[Charts, tuple[str, ...]]:
     """The figures of a run or a campaign, given its folder or file, and the flaws of its data.
 
     Raises:
-        UsageError: it is neither or cannot be read.
+        UsageError: it is neither, has several fleets, or cannot be read.
     """
     if not source.exists():
         raise UsageError(f"{source}: there is no such run or campaign")
+    check_one_fleet(source)
     path = source / (EVENTS_FILE if (source / EVENTS_FILE).exists() else CAMPAIGN_FILE)
     if not source.is_dir():
         path = source

@@ -12,6 +12,7 @@ import contextlib
 import os
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -20,9 +21,10 @@ from pathlib import Path
 from types import MappingProxyType
 
 from protocol.process.asked import AskedToEnd, asked_to_end
-from protocol.root import ROOT
+from protocol.root import IS_CHECKOUT, ROOT
 
-LAUNCHER = ROOT / "launch" / "fleet.sh"
+LAUNCHER = (sys.executable, "-m", "clew.cli", "run")
+"""What `launch/fleet.sh` becomes. An installed package does not have that script."""
 
 END_S_MAX = 10.0  # from SIGTERM to the launcher's end: twice the time that it promises
 GONE_S_MAX = 1.0  # until killed processes are gone, on a busy machine
@@ -110,7 +112,7 @@ def run_fleet(
         AskedToEnd: we were asked to end; the fleet has ended.
     """
     with asked_to_end() as asked:
-        launched = Launched([LAUNCHER, *arguments])
+        launched = Launched([*LAUNCHER, *arguments], our_environment())
         try:
             while not (asked or launched.has_ended() or until() or launched.wall_s > wall_s_max):
                 pass
@@ -119,6 +121,14 @@ def run_fleet(
         if asked:
             raise AskedToEnd(asked[0])
         return ended
+
+
+def our_environment() -> Mapping[str, str]:
+    """Ours come first, whatever is in the folder that we are called in; as launch/setup.sh has it."""
+    paths = [str(ROOT)] if IS_CHECKOUT else []
+    paths += [path for path in [os.environ.get("PYTHONPATH")] if path]
+    threads = {"OPENBLAS_NUM_THREADS": "1", "PYTHONSAFEPATH": "1"}
+    return {**threads, **({"PYTHONPATH": os.pathsep.join(paths)} if paths else {})}
 
 
 def processes_of(temporary: Path) -> dict[int, str]:

@@ -82,6 +82,16 @@ def has_several(run: Path, fleets: Iterable[str]) -> UsageError:
     return UsageError(f"{run}: has several fleets, each with a folder: {folders}")
 
 
+def check_one_fleet(run: Path) -> None:
+    """Refuse the folder of a run with several fleets.
+
+    Raises:
+        UsageError: it names their folders.
+    """
+    if fleets := fleets_in(run):
+        raise has_several(run, fleets)
+
+
 def fleets_in(run: Path) -> list[str]:
     """The names of the fleets of a run with several, which has a folder for each; otherwise none.
 

@@ -66,7 +66,10 @@ def compare(*, a: Path, b: Path, each: bool, as_json: bool) -> None:
     fleets arrived.
     """
     from clew.campaign.compare import compare as compared
+    from clew.log.log import check_one_fleet
 
+    for each_of_two in (a, b):
+        check_one_fleet(each_of_two)
     if _is_run(a) and _is_run(b):
         if each:
             raise UsageError("--each is for two campaigns, and A and B are runs")

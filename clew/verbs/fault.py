@@ -11,7 +11,8 @@ import click
 
 from clew.verbs.group import LateGroup
 from clew.verbs.options import RUN, FiniteRange, robots_option
-from protocol.faults.manual_faults import EndRequest, FaultRequest, HaltRequest, request_fault
+from protocol.errors import UsageError
+from protocol.faults.manual_faults import EndRequest, FaultRequest, HaltRequest, Request, request_fault
 from protocol.faults.rules import ROLES, ROUTER, Rule
 from protocol.files.names import did_you_mean
 from protocol.files.reading import understand
@@ -81,6 +82,21 @@ def fault(ctx: click.Context, run: Path) -> None:
     ctx.obj = run
 
 
+def _asked(run: Path, request: Request) -> str:
+    """Ask the world of the run.
+
+    Raises:
+        UsageError: as `request_fault`; or the run has several fleets, each of which has a folder.
+    """
+    try:
+        return request_fault(run, request)
+    except UsageError:
+        from clew.log.log import check_one_fleet  # not before it has been asked: a stop is urgent
+
+        check_one_fleet(run)
+        raise
+
+
 def _add(name: str, text: str, parameters: Sequence[Parameter]) -> None:
     """Add the verb of a fault."""
 
@@ -90,7 +106,7 @@ def _add(name: str, text: str, parameters: Sequence[Parameter]) -> None:
         for_s = None if "target" in fields else fields.pop("for_s")
         rule = {"fault": name} | fields
         understand(rule, Rule, source)  # type: ignore[arg-type] # a union; checked alone, so that errors name its field
-        click.echo(request_fault(run, understand({"rule": rule, "for_s": for_s}, FaultRequest, source)))
+        click.echo(_asked(run, understand({"rule": rule, "for_s": for_s}, FaultRequest, source)))
 
     verb: Callable[..., None] = click.pass_obj(request)
     for parameter in reversed(parameters):
@@ -154,7 +170,7 @@ _add_message_fault(
 @click.pass_obj
 def end(run: Path, *, name: str) -> None:
     """End a message fault that was given before, by the NAME that was printed then."""
-    click.echo(request_fault(run, understand({"name": name}, EndRequest, "fault end")))
+    click.echo(_asked(run, understand({"name": name}, EndRequest, "fault end")))
 
 
 @fault.command
@@ -164,11 +180,11 @@ def stop(run: Path) -> None:
 
     All bodies stand at once and obey no order to drive. The robots form a strand again after the release.
     """
-    click.echo(request_fault(run, HaltRequest(stop=True)))
+    click.echo(_asked(run, HaltRequest(stop=True)))
 
 
 @fault.command
 @click.pass_obj
 def release(run: Path) -> None:
     """Release the robots after a stop."""
-    click.echo(request_fault(run, HaltRequest(stop=False)))
+    click.echo(_asked(run, HaltRequest(stop=False)))

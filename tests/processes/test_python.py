@@ -129,6 +129,12 @@ def test_an_installed_package_has_all_its_files_and_its_command(elsewhere: Path)
     assert there(elsewhere, *clew_, "report", "run") == "run/report.html\n"
 
 
+def test_an_installed_package_runs_live_fleets_under_drawn_faults(elsewhere: Path) -> None:
+    clew_ = str(elsewhere.with_name("clew"))
+    said = there(elsewhere, clew_, "chaos", "--runs", "1", "--seed", "4", "--speed", "5", "--out", "ch")
+    assert "OK: " in said
+
+
 @pytest.mark.parametrize(
     "options",
     [

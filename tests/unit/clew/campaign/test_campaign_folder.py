@@ -1,9 +1,11 @@
 """The folder of a campaign is its own."""
 
+import fcntl
 from pathlib import Path
 
 import pytest
 
+from clew.campaign.episode import Episode, Outcome, play
 from tests.support.campaigns import clew, scene
 
 
@@ -15,6 +17,30 @@ def test_a_campaign_never_writes_into_a_runs_folder(tmp_path: Path) -> None:
     assert said.exit_code == 2
     assert "is a run's folder, and a campaign never writes into one" in said.stderr
     assert [each.name for each in run.iterdir()] == ["events.jsonl"]
+
+
+def test_a_second_campaign_in_the_same_folder_is_refused_while_the_first_goes_on(tmp_path: Path) -> None:
+    played, out = scene(tmp_path / "one.json"), tmp_path / "out"
+    asked = ("campaign", played, "--jobs", "1", "--judge-every", "0", "--out", out)
+    out.mkdir()
+    with (out / "episodes.jsonl").open("ab") as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        said = clew(*asked)
+        assert (said.exit_code, said.stderr) == (2, f"Error: {out}: another campaign is going on there\n")
+    assert not (out / "campaign.json").exists()
+    assert clew(*asked).exit_code == 0
+
+
+def test_a_campaign_holds_its_folder_while_it_plays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    played, out = scene(tmp_path / "one.json"), tmp_path / "out"
+
+    def refused(_episode: Episode) -> Outcome:
+        with (out / "episodes.jsonl").open("ab") as file, pytest.raises(BlockingIOError):
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return play(_episode)
+
+    monkeypatch.setattr("clew.campaign.executors.pool.play", refused)
+    assert clew("campaign", played, "--jobs", "1", "--judge-every", "0", "--out", out).exit_code == 0
 
 
 @pytest.mark.parametrize(

@@ -99,9 +99,12 @@ def test_verbs_that_take_one_fleet_name_the_folders_of_all(tmp_path: Path) -> No
     for name in ("east", "west"):
         (tmp_path / "run" / name).mkdir(parents=True)
         (tmp_path / "run" / name / "events.jsonl").touch()
-    for verb in (["report"], ["log", "info"], ["log", "cat"], ["view"], ["replay"]):
-        run = tmp_path / "run"
-        said = clew(*verb, run)
+    run = tmp_path / "run"
+    of_one = ["report", "log info", "log cat", "view", "replay", "figures"]
+    verbs: list[list[str | Path]] = [[*verb.split(), run] for verb in of_one]
+    verbs += [["fault", run, "stop"], ["fault", run, "kill", "1"], ["compare", run, run]]
+    for verb in verbs:
+        said = clew(*verb)
         assert said.exit_code == 2
         assert f"has several fleets, each with a folder: {run / 'east'}, {run / 'west'}\n" in said.stderr
 
