@@ -74,7 +74,7 @@ FILES_MAX = 16
 MAY_HOLD_MORE = ("clew/verbs", "tests/unit/")
 SOURCES = {".py", ".js", ".css"}
 MAY_BORROW = re.compile(r"^\s*(?:from|import)\s(?:[^\n(]|\([^)]*)*\btest_", re.MULTILINE)
-"""An import with the name of a test file in it: to parse all tests for the few that have one takes seconds."""
+"""An import with the name of a test file in it: parsing all tests for the few that have one takes seconds."""
 
 
 def room_of(name: str) -> str:
