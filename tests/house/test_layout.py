@@ -1,16 +1,17 @@
 """Rooms: each has one subject and a floor, imports point down, and no folder holds too many files."""
 
 import ast
+import re
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
 
 from protocol.root import ROOT
+from tests.house.parsed import parsed
 
 FLOORS: dict[str, dict[str, int]] = {
     # Rooms end with a slash; files beside the rooms are named one by one. On the same floor, files beside the
@@ -72,6 +73,8 @@ FLOORS: dict[str, dict[str, int]] = {
 FILES_MAX = 16
 MAY_HOLD_MORE = ("clew/verbs", "tests/unit/")
 SOURCES = {".py", ".js", ".css"}
+MAY_BORROW = re.compile(r"^\s*(?:from|import)\s(?:[^\n(]|\([^)]*)*\btest_", re.MULTILINE)
+"""An import with the name of a test file in it: parsing all tests for the few that have one takes seconds."""
 
 
 def room_of(name: str) -> str:
@@ -81,12 +84,6 @@ def room_of(name: str) -> str:
         return folders[0].removesuffix(".py")
     above = ["/".join(folders[:end]) + "/" for end in range(len(folders) - 1, 0, -1)]
     return next((room for room in above if room in FLOORS[package]), above[-1])
-
-
-@cache
-def parsed(text: str) -> ast.Module:
-    """The same tree for the same text: five tests read all our files."""
-    return ast.parse(text)
 
 
 def sources(root: Path, *packages: str) -> dict[str, ast.Module]:
@@ -160,8 +157,12 @@ def idle_floors(root: Path) -> set[str]:
 
 def borrowing_complaints(root: Path) -> Iterator[str]:
     """Test files that import test files: shared code belongs in `tests/support`."""
-    for name, wanted in arrows(sources(root, "tests")).items():
-        yield from (f"{name}: imports {other}, a test file" for other in wanted if is_test_file(other))
+    paths = {path.relative_to(root).as_posix(): path for path in sorted((root / "tests").rglob("*.py"))}
+    files = {module_of(name): name for name in paths}
+    for name, path in paths.items():
+        if MAY_BORROW.search(text := path.read_text(encoding="utf-8")):
+            wanted = imports_of(name, parsed(text), files)
+            yield from (f"{name}: imports {other}, a test file" for other in wanted if is_test_file(other))
 
 
 def sharing_complaints(root: Path) -> Iterator[str]:
@@ -292,6 +293,7 @@ def test_floor_without_files_is_found(tmp_path: Path) -> None:
         "from tests.unit.test_b import f",
         "from tests.unit import test_b",
         "def f():\n    import tests.unit.test_b",
+        "from tests.unit import (\n    a,\n    test_b,\n)",
     ],
 )
 def test_planted_import_of_a_test_file_is_found(tmp_path: Path, source: str) -> None:

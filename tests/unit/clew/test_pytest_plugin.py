@@ -8,6 +8,12 @@ import pytest
 
 from tests.support.processes.plugin import HEAD, played
 
+STAGE = """
+@pytest.mark.clew(robots=1)
+def test_stage(clew_rehearsal, clew_fleet):
+    assert type(clew_rehearsal).__name__ == type(clew_fleet).__name__ == "{stage}Fleet"
+"""
+
 
 def test_each_seed_is_a_test_of_its_own_with_its_own_folder_also_in_parallel(tmp_path: Path) -> None:
     test = """
@@ -21,41 +27,22 @@ def test_arrives(clew_rehearsal, clew_seed, tmp_path):
     code, said = played(tmp_path, test, "-v", "-n", "2")
     assert code == 0, said
     assert all(f"test_arrives[seed={seed}]" in said for seed in range(2))
-    code, said = played(tmp_path, test, "-v", "--clew-seed=7")
-    assert code == 0, said
-    assert "test_arrives[seed=7] PASSED" in said
-    assert "1 passed" in said
-
-
-def test_the_markers_of_a_class_and_of_a_test_add_up_the_nearest_first(tmp_path: Path) -> None:
-    test = """
-@pytest.mark.clew(scenario="paper", robots=2)
-class TestPaper:
-    @pytest.mark.clew(robots=1, law="certified", faults=[clew.drop(p=0.1)])
-    def test_arrives(self, clew_rehearsal):
-        fleet = clew_rehearsal.asked.scenario
-        assert (fleet.name, fleet.fleet.robots, fleet.law.law) == ("paper", 1, "certified")
-        assert clew_rehearsal.plan.names == ["drop-1"]
-"""
-    code, said = played(tmp_path, test)
-    assert code == 0, said
 
 
 def test_a_stage_can_be_chosen_for_all_fleets(tmp_path: Path) -> None:
-    test = """
-@pytest.mark.clew(robots=1)
-def test_stage(clew_rehearsal, clew_fleet):
-    assert type(clew_rehearsal).__name__ == type(clew_fleet).__name__ == "{stage}Fleet"
-"""
-    for stage, option in (("Rehearsed", "rehearsal"), ("Launched", "live")):
-        code, said = played(tmp_path, test.format(stage=stage), f"--clew-stage={option}")
-        assert code == 0, said
+    """Here live; below, where a failing test is not played again, rehearsed."""
+    code, said = played(tmp_path, STAGE.format(stage="Launched"), "--clew-stage=live")
+    assert code == 0, said
 
 
 def test_a_failing_test_says_what_broke_the_seed_the_faults_that_matter_the_replay_and_the_page(
     tmp_path: Path,
 ) -> None:
     test = """
+@pytest.mark.clew(robots=1, seeds=range(2))
+def test_has_that_seed(clew_rehearsal, clew_seed):
+    assert clew_rehearsal.asked.seed == clew_seed
+
 @pytest.mark.clew(robots=3)
 def test_all_arrive(clew_rehearsal):
     fleet = clew_rehearsal
@@ -66,8 +53,10 @@ def test_all_arrive(clew_rehearsal):
     run = fleet.finish()
     assert run.verdict.robots_arrived == 3
 """
-    code, said = played(tmp_path, test, "--clew-seed=5", f"--basetemp={tmp_path / 'base'}")
+    code, said = played(tmp_path, test, "-v", "--clew-seed=5", f"--basetemp={tmp_path / 'base'}")
     assert code == 1, said
+    assert "test_has_that_seed[seed=5] PASSED" in said
+    assert "1 failed, 1 passed" in said
     section = said.partition(" clew_rehearsal, seed 5 ")[2].partition("short test summary")[0]
     assert "what broke first: the test's own claim" in section
     assert "seed: 5\n" in section
@@ -75,7 +64,7 @@ def test_all_arrive(clew_rehearsal):
     assert '    [[rule]]\n    fault = "kill"\n    name = "kill-2"\n' in section
     assert "drop" not in section
     assert "run the test again:      pytest test_mine.py::test_all_arrive --clew-seed=5" in section
-    [folder] = (tmp_path / "base").glob("*0/clew_rehearsal")
+    [folder] = (tmp_path / "base").glob("test_all_arrive0/clew_rehearsal")
     assert (
         f"{sys.executable} -m clew.cli rehearse {folder}/scenario.toml --seed 5 --faults {folder}/shrunk.toml"
         in section
@@ -97,8 +86,10 @@ def test_ends_at_once(clew_rehearsal):
         file.write("x")
     assert False
 """
-    code, said = played(tmp_path, test, "--clew-no-shrink")
+    test += STAGE.format(stage="Rehearsed")
+    code, said = played(tmp_path, test, "--clew-no-shrink", "--clew-stage=rehearsal")
     assert code == 1, said
+    assert "1 failed, 1 passed" in said
     assert [(each.name, each.read_text()) for each in tmp_path.rglob("played")] == [("played", "x")]
     assert "faults: all that were given; --clew-no-shrink leaves out the search for those that matter" in said
     assert 'name = "drop-1"' in said
@@ -134,15 +125,40 @@ def test_has_no_such_robot(clew_rehearsal):
 
 def test_asks_in_vain(clew_rehearsal):
     clew_rehearsal.link("r1", "r99").drop(0.3)
+
+@pytest.mark.clew(robots=2)
+def test_late(clew_rehearsal):
+    clew_rehearsal.link(1, 2).drop(0.5)
+    clew_rehearsal.tail.kill(step=99)
+    assert clew_rehearsal.finish().ok
+
+@pytest.mark.clew(robots=2, must_strike=False)
+def test_may_be_late(clew_rehearsal):
+    clew_rehearsal.tail.kill(step=99)
+    assert clew_rehearsal.finish().ok
+
+@pytest.mark.clew(robots=2)
+def test_is_left_early(clew_rehearsal):
+    clew_rehearsal.tail.kill(step=2)
+    clew_rehearsal.until("step.planned", step=1)
+
+@pytest.mark.clew(scenario="paper", robots=2)
+class TestPaper:
+    @pytest.mark.clew(robots=1, law="certified", faults=[clew.drop(p=0.1)], must_strike=False)
+    def test_adds_up(self, clew_rehearsal):
+        fleet = clew_rehearsal.asked.scenario
+        assert (fleet.name, fleet.fleet.robots, fleet.law.law) == ("paper", 1, "certified")
+        assert clew_rehearsal.plan.names == ["drop-1"]
 """
 
 
 @pytest.fixture(scope="module")
 def failures(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """What one session says of each of these tests."""
+    """What one session says of each of these tests that fails; two of them pass."""
     code, said = played(tmp_path_factory.mktemp("failing"), FAILING)
     assert code == 1, said
-    _, *parts = re.split(r"^_+ (test_\w+) _+$", said.partition("short test summary")[0], flags=re.MULTILINE)
+    assert "8 failed, 2 passed" in said
+    _, *parts = re.split(r"^_+ ([\w.]+) _+$", said.partition("short test summary")[0], flags=re.MULTILINE)
     return dict(zip(parts[::2], parts[1::2], strict=True))
 
 
@@ -182,34 +198,22 @@ def test_what_a_test_asks_for_in_vain_is_shown_at_its_own_line(failures: dict[st
     assert "protocol/faults/fit.py" not in said
 
 
-def test_a_test_whose_fault_never_struck_fails_unless_it_says_that_this_may_be(tmp_path: Path) -> None:
-    test = """
-def test_late(clew_rehearsal):
-    clew_rehearsal.link(1, 2).drop(0.5)
-    clew_rehearsal.tail.kill(step=99)
-    assert clew_rehearsal.finish().ok
+def test_the_markers_of_a_class_and_of_a_test_add_up_the_nearest_first(failures: dict[str, str]) -> None:
+    assert not [each for each in failures if each.endswith("test_adds_up")]
 
-@pytest.mark.clew(must_strike=False)
-def test_may_be_late(clew_rehearsal):
-    clew_rehearsal.tail.kill(step=99)
-    assert clew_rehearsal.finish().ok
 
-def test_is_left_early(clew_rehearsal):
-    clew_rehearsal.tail.kill(step=2)
-    clew_rehearsal.until("step.planned", step=1)
-"""
-    code, said = played(tmp_path, "pytestmark = pytest.mark.clew(robots=2)\n" + test)
-    assert code == 1, said
-    assert "2 failed, 1 passed" in said
-    assert (
-        "the test has passed, but kill-2 never struck; if that may be: @pytest.mark.clew(must_strike=False)"
-        in said
-    )
-    assert "but kill-1 never struck" in said
-    assert said.count("what broke first: nothing in the fleet: a fault of the test never struck") == 2
-    assert "told to end" not in said  # the plugin has told it
-    assert "faults: 1 of 2 that were given matter:" in said
-    assert "FAILED test_mine.py::test_may_be_late" not in said
+def test_a_test_whose_fault_never_struck_fails_unless_it_says_that_this_may_be(
+    failures: dict[str, str],
+) -> None:
+    late, early = failures["test_late"], failures["test_is_left_early"]
+    may_be = "if that may be: @pytest.mark.clew(must_strike=False)"
+    assert f"the test has passed, but kill-2 never struck; {may_be}" in late
+    assert "faults: 1 of 2 that were given matter:" in late
+    assert "but kill-1 never struck" in early
+    for said in (late, early):
+        assert "what broke first: nothing in the fleet: a fault of the test never struck" in said
+        assert "told to end" not in said  # the plugin has told it
+    assert "test_may_be_late" not in failures
 
 
 WRONG = {
