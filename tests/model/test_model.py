@@ -18,9 +18,9 @@ CLEAN_ANYHOW = {entry.bounds for entry in SHORT}
 PAIRS = [entry for entry in BROKEN if len(entry.rules) > 1]
 
 # The dearest searches, a second and more each; of each family of rules, and of each setting, others are left.
-DEAR_CLEAN = {"the world restarts", "a stop around a lease", "three robots, a restart"}
+DEAR_CLEAN = {"bodies brake", "the world restarts", "a stop around a lease", "three robots, a restart"}
 DEAR_WITHOUT = {Rule.PLACE_OF_THIS_EPOCH, Rule.SCAN_OF_THIS_TURN, Rule.NEW_LIFE_STANDS, Rule.NEXT_TURN_ONLY}
-DEAR_WITHOUT |= {Rule.LIFE_IN_TURN}
+DEAR_WITHOUT |= {Rule.LIFE_IN_TURN, Rule.PLACE_STANDING, Rule.TURN_0_SCAN_ONLY_FOR_TURN_1}
 CLEAN = [entry for entry in SHORT if entry.name not in DEAR_CLEAN]
 CLEAN_TOO = [entry for entry in SHORT if entry.name in DEAR_CLEAN]
 WITHOUT = [entry for entry in BROKEN if not entry.rules & DEAR_WITHOUT]

@@ -140,7 +140,8 @@ def test_loss_delay_and_duplication_only_cost_time_while_turning(seed: int, scen
     assert rehearsal.world.ending is Ending.ARRIVED, again
 
 
-@pytest.mark.parametrize("scene", [TURNS[1], *long([TURNS[0], TURNS[2]])])
+@pytest.mark.long  # in the short form a loss of 80 %, in `test_turning.py`
+@pytest.mark.parametrize("scene", TURNS)
 @pytest.mark.parametrize("seed", [1])
 def test_a_loss_of_90_percent_while_turning_breaks_no_invariant(seed: int, scene: str) -> None:
     rehearsal = Rehearsal(SCENES[scene](3), seed, PERFECT)
@@ -156,8 +157,15 @@ def test_a_loss_of_90_percent_while_turning_breaks_no_invariant(seed: int, scene
 
 
 @pytest.mark.parametrize("scene", CLOSED)
-@pytest.mark.parametrize("robots", [1, 5])
-@pytest.mark.parametrize("plan", [PERFECT, LOSSY], ids=["perfect", "lossy"])
+@pytest.mark.parametrize(
+    ("plan", "robots"),
+    [
+        pytest.param(PERFECT, 1, id="perfect-1"),
+        pytest.param(LOSSY, 5, id="lossy-5"),
+        pytest.param(PERFECT, 5, id="perfect-5", marks=pytest.mark.long),
+        pytest.param(LOSSY, 1, id="lossy-1", marks=pytest.mark.long),
+    ],
+)
 def test_without_a_way_the_run_ends_with_route_lost(plan: Plan, robots: int, scene: str) -> None:
     rehearsal = Rehearsal(CLOSED[scene](robots), 1, plan).run()
     again = replay(

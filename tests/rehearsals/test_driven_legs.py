@@ -217,12 +217,9 @@ def lets_nobody_come(rehearsal: Rehearsal, told: int) -> bool:
     return any(isinstance(each, ViewProposed) and each.cause is Cause.MISFIT for each in records)
 
 
+@pytest.mark.long  # in the short form a leader that began too near grants nothing: `test_member.py`
 @pytest.mark.parametrize(
-    "obstacle_speed_mps",
-    [
-        pytest.param(0.0, id="nothing moves", marks=pytest.mark.long),
-        pytest.param(0.01, id="obstacles may move"),
-    ],
+    "obstacle_speed_mps", [pytest.param(0.0, id="nothing moves"), pytest.param(0.01, id="obstacles may move")]
 )
 def test_nor_where_each_leader_is_lost_and_the_robot_behind_it_stands_where_it_began(
     monkeypatch: pytest.MonkeyPatch, obstacle_speed_mps: float

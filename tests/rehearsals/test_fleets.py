@@ -21,6 +21,7 @@ from tests.support.stages.fleets import EAST_M, HEAD_ON, LANE_M, WEST_M, fleet, 
 from world.bodies.sensor import Sensor
 from world.scenario.fleets import SharedGround, seed_of
 
+MOVES_S = 4.0  # all strands have formed, and drive
 MEET_S = 20.0  # they are 4.6 m apart, and drive at 0.5 m/s
 
 
@@ -61,7 +62,7 @@ def test_fleets_that_meet_do_not_touch_while_a_third_of_all_messages_is_lost(
 def test_the_seed_decides_every_timeline_to_the_byte(tmp_path: Path) -> None:
     for name in ("one", "other"):
         (tmp_path / name).mkdir()
-        rehearsed(shared(), tmp_path / name, seed=3, until_s=6.0)
+        rehearsed(shared(), tmp_path / name, seed=3, until_s=MOVES_S)
     for name in ("east", "west"):
         assert timeline(tmp_path / "one" / name) == timeline(tmp_path / "other" / name)
 

@@ -187,7 +187,8 @@ def test_a_robot_that_starts_to_move_while_it_is_run_over_breaks_s1() -> None:
     assert touched(judged(stage)) == [(3, "in contact with moving obstacle follower while it moved")]
 
 
-@pytest.mark.parametrize(("name", "seed"), [("door", 3), *long([("door", 4), ("follower", 4)])])
+@pytest.mark.long  # in the short form `test_driver.py` shows that no order goes out before a scan permits it
+@pytest.mark.parametrize(("name", "seed"), [("door", 3), ("door", 4), ("follower", 4)])
 def test_no_body_is_sent_on_its_way_before_its_first_scan_in_an_epoch_even_if_half_of_all_is_lost(
     name: str, seed: int
 ) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 import msgspec
 import pytest
 import shapely
+from msgspec.structs import replace
 
 from clew.fields.field import Field
 from clew.fields.field import scene as field_scene
@@ -161,7 +162,8 @@ def room(*, people: bool) -> Scenario:
 
 @pytest.mark.parametrize("people", [True, *long([False])])
 def test_people_who_have_stopped_are_passed_as_posts_are(people: bool) -> None:
-    rehearsal = Rehearsal(room(people=people), seed=1)
+    scenario = room(people=people)
+    rehearsal = Rehearsal(replace(scenario, fleet=replace(scenario.fleet, robots=2)), seed=1)
     rehearsal.run()
     assert rehearsal.world.ending is Ending.ARRIVED
     assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()

@@ -135,7 +135,8 @@ def replay(test: str, seed: int) -> str:
     return f"replay with  ./launch/test.sh 'tests/unit/agents/membership/test_joining.py::{test}[{seed}]'"
 
 
-@pytest.mark.parametrize("seed", [2, *long([4, 5, 7])])  # and those that arrive, below
+@pytest.mark.long  # in the short form they even arrive, below
+@pytest.mark.parametrize("seed", [2, 4, 5, 7])
 def test_robots_that_start_anywhere_line_up(tmp_path: Path, seed: int) -> None:
     rehearsal = Rehearsal(anywhere(tmp_path, seed), seed, LOSSY)
     for _ in ticks_until_formed(rehearsal):

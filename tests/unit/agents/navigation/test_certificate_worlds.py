@@ -30,7 +30,7 @@ ROUNDING_M = 1e-8
 SAMPLE_M = 0.01  # spacing of samples on the outline of the free polygon
 BEYOND_M = 1e-3  # further than certified
 
-patiently = settings(max_examples=examples(60))
+patiently = settings(max_examples=examples(30))
 
 
 def certified_m(there: Standpoint) -> Floats:
@@ -54,7 +54,7 @@ def assert_certified_steps_are_safe(there: Standpoint) -> None:
     assert there.true_distance_m(moves).min() >= least_kept_m(there)
 
 
-@patiently
+@settings(max_examples=examples(60))
 @given(standpoints())
 def test_no_certified_step_comes_nearer_than_epsilon_to_any_shape(there: Standpoint) -> None:
     assert_certified_steps_are_safe(there)

@@ -90,7 +90,7 @@ def sharp_things(draw: st.DrawFn) -> Polygon:
             return Polygon(vertices_m=tuple((float(x), float(y)) for x, y in ring))
 
 
-@settings(max_examples=examples(300), deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(
     sharp_things(), st.sampled_from(RAYS), st.floats(0.3, 1.0), st.floats(-3.14, 3.14), st.floats(-1.5, 1.5)
 )
@@ -144,7 +144,7 @@ def at(place: tuple[float, float]) -> Pose:
 places = st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5))
 
 
-@settings(max_examples=examples(200), deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(
     st.lists(shapes, min_size=1, max_size=4), st.lists(places, min_size=1, max_size=3), st.sampled_from(RAYS)
 )
@@ -162,7 +162,7 @@ def test_nor_do_rays_from_other_places_make_it_too_sure(
     assert (narrowed.ranges_m >= sure(seen, told).ranges_m).all()
 
 
-@settings(max_examples=examples(200), deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(st.floats(0.03, 0.4), st.floats(-1.2, 1.2), places, st.sampled_from(RAYS))
 def test_nor_where_a_tip_sticks_out_of_a_wall_between_two_rays(
     half_rad: float, lean_rad: float, place: tuple[float, float], rays: int

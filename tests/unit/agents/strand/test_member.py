@@ -150,6 +150,18 @@ def test_a_robot_that_does_not_stand_at_its_place_does_nothing_but_want_a_view(
     assert (stage.parts[1].driver.drive.target is not None) is fits
 
 
+@pytest.mark.parametrize(("off_m", "granted"), [(-0.9 * MISSION.mu0_m, False), (0.02, True)])
+def test_a_leader_that_began_too_near_to_something_grants_nothing(off_m: float, *, granted: bool) -> None:
+    """Rule 5 of `leading.py`: when it has gone on, it wants a view, in which others find their own places."""
+    beside_m = MISSION.robot_radius_m + MISSION.clear_m + off_m + 0.1
+    stage = queue(shapes=[Circle(centre_m=(0.0, beside_m), radius_m=0.1)])
+    stage.run(30.0)
+    assert (stage.leader.strand.grants.granted_m > stage.leader.formation.s_m) is granted
+    assert stage.leader.progress_m > stage.leader.formation.s_m + 0.5
+    reason = stage.leader.reason
+    assert granted or (reason is not None and reason.cause is Cause.MISFIT)
+
+
 def test_under_another_fence_than_the_formations_a_member_does_nothing() -> None:
     stage = queue(shapes=[])
     stage.run(1.0)

@@ -62,6 +62,7 @@ def test_one_broken_promise_fails() -> None:
     assert [each.met for each in (figures(MEASURED)[-1], figures([broken, *others])[-1])] == [True, False]
 
 
+@pytest.mark.long
 def test_a_rehearsal_arrives_a_little_later_with_10_percent_loss_and_never_with_100_percent() -> None:
     scenario = load("grove", robots=2)
     whole, tenth = (rehearsed(scenario, loss_plan(Reach.ALL, rate), 1) for rate in (0.0, 0.1))

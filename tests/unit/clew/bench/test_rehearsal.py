@@ -62,6 +62,7 @@ def test_the_aim_is_for_five_robots(cpu_s: float, met: bool) -> None:
     assert figures_of(timed(6, cpu_s))[0].met is None
 
 
+@pytest.mark.long
 def test_the_verb_says_how_fast_rehearsals_are() -> None:
     options = ("--runs", "1", "--faults", "loss-50", "--queue", "2", "--queue", "3")
     told = clew("bench", "rehearsal", "grove", *options, "--json")

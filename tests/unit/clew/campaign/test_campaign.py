@@ -285,7 +285,7 @@ def test_family_figures_count_ended_runs_and_rates_use_all_metres_together() -> 
     assert (figures.events_per_m, figures.clearance_margin_m_min) == (2.0, 0.1)
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+@pytest.mark.parametrize("number", [signal.SIGKILL, *long([signal.SIGINT])])
 def test_no_outcome_is_lost_when_a_worker_dies_or_gets_an_interrupt(
     scenes: Path, number: signal.Signals
 ) -> None:

@@ -130,7 +130,7 @@ def test_a_reason_that_is_also_the_way_to_fail_is_printed_once(tmp_path: Path) -
     plan = Plan(name="deaf", rules=(Drop(),))
     (tmp_path / "deaf.toml").write_text(plan_text(plan), encoding="utf-8")
     run, field = tmp_path / "run", scene(tmp_path / "small.json")
-    asked = ["-n", "2", "--time-s-max", "20", "--faults", str(tmp_path / "deaf.toml"), "--out", str(run)]
+    asked = ["-n", "2", "--time-s-max", "5", "--faults", str(tmp_path / "deaf.toml"), "--out", str(run)]
     clew("rehearse", field, *asked)
     reason = json.loads((run / VERDICT_FILE).read_text(encoding="utf-8"))["reason"]
     assert clew("shrink", run).stderr.splitlines()[0] == f"shrink: {reason}"
@@ -161,20 +161,19 @@ def test_a_run_without_a_verdict_is_refused_in_a_plain_sentence(failed: Path) ->
     assert "Errno" not in said.stderr
 
 
-def test_earlier_results_of_shrink_are_kept(failed: Path) -> None:
+def test_earlier_results_of_shrink_are_kept_and_the_line_names_the_run_and_not_the_latest_one(
+    failed: Path,
+) -> None:
     (failed / "shrunk").mkdir()
     (failed / "shrunk" / "world.toml").touch()
-    assert clew("shrink", failed).exit_code == 0
+    (failed.parent / "latest").symlink_to(failed.name)
+    said = clew("shrink", failed.parent / "latest")
+    assert said.exit_code == 0
+    assert f"{failed}/shrunk-2/world.toml" in said.stdout.splitlines()[-1]
     assert sorted(path.name for path in failed.glob("shrunk*")) == ["shrunk", "shrunk-2"]
     again = clew("shrink", failed, "--out", failed / "shrunk")
     assert again.exit_code == 2
     assert "is not empty" in again.stderr
-
-
-def test_the_printed_line_names_the_run_and_not_the_latest_one(failed: Path) -> None:
-    (failed.parent / "latest").symlink_to(failed.name)
-    line = clew("shrink", failed.parent / "latest").stdout.splitlines()[-1]
-    assert f"{failed}/shrunk/world.toml" in line
 
 
 def test_the_plan_of_a_smaller_fleet_does_not_name_the_removed_robots(tmp_path: Path) -> None:

@@ -122,6 +122,7 @@ def test_a_run_whose_world_never_reaches_the_router_ends(rule: Rule) -> None:
     assert last_s == pytest.approx(ROUTER_PATIENCE_WALL_S, abs=0.1)
 
 
+@pytest.mark.long  # in the short form to the byte, for any hash order: `test_rehearsal_faults.py`
 def test_a_seed_determines_the_whole_run() -> None:
     assert Rehearsal(load("grove"), 1, LOSSY).run().entries == lossy(1).entries
     assert lossy(1).entries != lossy(2).entries
