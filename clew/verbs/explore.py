@@ -115,13 +115,11 @@ def _sentence(each: "Round") -> str:
     from protocol.timeline.invariants import named
 
     explored = each.explored
+    faults = "1 fault" if explored.faults == 1 else f"{explored.faults} faults"
     if explored.broken is not None:
-        faults = "1 fault" if explored.faults == 1 else f"{explored.faults} faults"
         return f"{named(explored.broken.promise)} breaks with {faults}: {explored.broken.why}"
     covered = "all" if explored.ended is Ended.COMPLETE else "not all, since time was up, of the"
-    sentence = (
-        f"{covered} schedules with {explored.faults} faults at most: {explored.states:,} states, no breach"
-    )
+    sentence = f"{covered} schedules with {faults} at most: {explored.states:,} states, no breach"
     slowest = "" if each.slowest_s is None else f", recovered within {each.slowest_s:.1f} s"
     return sentence + slowest
 
