@@ -39,9 +39,9 @@ def tab_to(page: Page, name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "at_s", "then"),
     [
-        ("Time", 12.6, ": step 5; r1 dead; r2, r3, r4, r5 driving"),
+        ("Time", 12.6, ": step 4; r1 dead; r2, r3, r4, r5 driving"),
         ("Time", 3.0, "kill r1"),
-        ("Clearance [m]", 12.6, ": r5: 0."),
+        ("Clearance [m]", 12.6, ": r2: 0."),
         ("Separation [m]", 12.6, ": hulls: 0."),
     ],
 )
@@ -64,7 +64,7 @@ def test_what_the_pointer_is_told_is_said_aloud(shown: Sight) -> None:
     found = shown.page.locator("#lanes").bounding_box()
     assert found is not None
     shown.page.mouse.move(found["x"] + found["width"] / 2, found["y"] + 10.0)
-    shown.wait(f"{SAID}.startsWith('step 5 of r2: ')")
+    shown.wait(f"{SAID}.startsWith('step 4 of r2: ')")
     assert shown.page.evaluate(SAID) == shown.page.locator("#tip").inner_text()
     shown.page.mouse.move(0, 0)
 

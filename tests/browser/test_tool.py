@@ -121,7 +121,7 @@ def test_the_pointer_is_told_what_is_under_it(page: Page) -> None:
     assert said["obstacle"].startswith("obstacle 1: circle, radius 0.22 m\nnearest robot: r")
     assert said["goal"] == "goal, reached within 0.15 m"
     assert said["ground"].startswith("x 0.1")
-    assert said_at(page, "#lanes", 0.5, 10.0).startswith("step 5 of r2: ")
+    assert said_at(page, "#lanes", 0.5, 10.0).startswith("step 4 of r2: ")
     wide = "document.querySelector('#lanes').clientWidth"
     killed = page.evaluate(f"clew.lanes.x(3.0, {wide}) / {wide}")
     assert "3.00 s ϟ kill" in said_at(page, "#lanes", killed, 30.0)
@@ -257,7 +257,7 @@ def test_the_map_of_a_moment_and_the_run_are_saved(page: Page) -> None:
     assert name == "grove-seed1-12.60s.svg"
     drawing = ET.fromstring(svg.decode())
     words = [each.text for each in drawing.iter("{http://www.w3.org/2000/svg}text")]
-    assert {"1", "12", "1 m", "grove, seed 1  ·  t = 12.60 s  ·  step 5"} <= set(words)
+    assert {"1", "12", "1 m", "grove, seed 1  ·  t = 12.60 s  ·  step 4"} <= set(words)
     name, png = saved("png")
     assert (name, png[:4]) == ("grove-seed1-12.60s.png", b"\x89PNG")
     page.evaluate("window.whole = clew.runs[0].end; clew.runs[0].end = 0.3")
