@@ -182,7 +182,7 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
 
     @property
     def robot_keep_m(self) -> float:
-        """The least distance between the centres of two robots for which ground is granted.
+        """The least distance between the centres of two robots of a strand.
 
         The tolerance is added to the separation because two robots may be off their path. It is larger where
         obstacles move: one may be hidden behind the other robot, and nearer to it no moment is safe.
