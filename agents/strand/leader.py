@@ -74,8 +74,8 @@ class Wait:
 class DeadEnd:
     """The only way leads back."""
 
-    back_to_m: float
-    """Arc length of the place from which the leader has another way; 0: the tail should lead."""
+    back_to_m: float | None
+    """Arc length, beyond the tail, from which the leader has another way; None: the tail leads, at once."""
 
 
 Plan = StepPlanned | NoStep | Crossed | LookCloser | Wait | DeadEnd
@@ -333,8 +333,7 @@ class Leader:
             return self._no_way(NO_WAY.reason)
         if not settled:
             return Wait()
-        back_to_m = way_back_m(ground, self._mission.obstacle_keep_m, reachable)
-        return DeadEnd(0.0 if back_to_m is None else back_to_m)
+        return DeadEnd(way_back_m(ground, self._mission.obstacle_keep_m, reachable))
 
     def _no_way(self, reason: str) -> NoStep:
         """Report that no way is left. Where obstacles move, refused spots may be free at the next scan.

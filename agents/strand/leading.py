@@ -232,10 +232,12 @@ class Leading:
         self._plans_again_s = now_s + SETTLED_S
         return []
 
-    def _turn_back(self, back_to_m: float) -> None:
+    def _turn_back(self, back_to_m: float | None) -> None:
         """Rule 2."""
-        back_by_m = max(0.0, self._strand.path.end_m - back_to_m)
-        turnabout = Turnabout(cut_m=0.0, end_m=self._driver.progress_m, back_by_m=back_by_m)
+        strand, back_by_m, cut_m = self._strand, 0.0, self._strand.grants.tail_m
+        if back_to_m is not None:
+            back_by_m, cut_m = max(0.0, strand.path.end_m - back_to_m), 0.0
+        turnabout = Turnabout(cut_m=cut_m, end_m=self._driver.progress_m, back_by_m=back_by_m)
         self._reason = Reason(Cause.DEAD_END, "the only way leads back", turnabout=turnabout)
 
     def _begin(self, planned: StepPlanned) -> list[Command]:

@@ -100,7 +100,23 @@ def test_if_only_the_strand_is_in_the_way_the_leader_waits_then_turns_it_round()
         plan(Leader(mission, ORIGIN), corridor, mission, queue_behind(), settled=settled)
         for settled in (False, True)
     ]
-    assert answers == [Wait(), DeadEnd(back_to_m=0.0)]
+    assert answers == [Wait(), DeadEnd(back_to_m=None)]
+
+
+def test_if_its_way_on_begins_between_it_and_the_tail_the_strand_backs_up_until_it_stands_there() -> None:
+    mission = to(-0.7, 1.5)
+    corridor: list[Shape] = [
+        wall((-4.0, 0.3), (-1.1, 0.3)),
+        wall((-0.3, 0.3), (0.3, 0.3)),
+        wall((0.3, -0.3), (-4.0, -0.3)),
+        wall((0.3, 0.3), (0.3, -0.3)),
+    ]
+    path = Path([Point(x_m=-2.2, y_m=0.0), Point(x_m=0.0, y_m=0.0)])
+    queue = Ground(path, tail_m=1.2, granted_m=1.9, keep_m=0.3, behind_m=1.9)
+    answer = plan(Leader(mission, ORIGIN), corridor, mission, queue)
+    assert isinstance(answer, DeadEnd)
+    assert answer.back_to_m is not None
+    assert path.at(answer.back_to_m).x_m == pytest.approx(-0.6, abs=0.15), "below the gap"
 
 
 def test_a_leader_alone_neither_waits_nor_turns_round() -> None:

@@ -5,6 +5,7 @@ from msgspec.structs import replace
 
 from agents.commands import AskScan, Note
 from agents.events import LinkHeard
+from agents.liveness.reason import Turnabout
 from agents.navigation.step import NoStep
 from agents.strand.blocked import BLOCKED_S
 from agents.strand.leader import NO_WAY, DeadEnd, Leader, Wait
@@ -338,7 +339,9 @@ def test_a_strand_in_a_blind_alley_turns_round_and_comes_to_the_goal(loss: float
     stage.run(12.0)
     reason = stage.leader.reason
     assert reason is not None
-    assert (reason.cause, reason.turnabout and reason.turnabout.cut_m) == (Cause.DEAD_END, 0.0)
+    tail_m = stage.members[3].progress_m
+    assert reason.cause is Cause.DEAD_END
+    assert reason.turnabout == Turnabout(cut_m=tail_m, end_m=stage.leader.progress_m, back_by_m=0.0)
     assert stage.leader.counters.in_vain == 1
     stage.run(100.0, turns=True)
     assert all(member.arrived for member in stage.members.values())
