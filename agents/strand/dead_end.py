@@ -1,6 +1,6 @@
 """The way out of a dead end: how far the strand has to back up, and how a leader makes room for that. Pure.
 
-Rule 1: if the leader has another way from between its place and the tail's, past the robots behind, the strand
+Rule 1: if the leader has another way from a place between it and the tail, past the robots behind, the strand
         backs up along its own path until it stands there, as a train does. The robots behind will take up as
         much of the path as they do now.
 Rule 2: if it has none, no robot ahead of the tail leads out: the tail leads, from where it stands, and need
