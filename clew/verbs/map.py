@@ -74,8 +74,6 @@ def map_verb(file: Path, *, robot_radius_m: float, **asked: Any) -> None:  # noq
 
     FILE.yaml is a map as map_server reads it, with its image (PGM, PNG or BMP) beside it. Every cell that is
     not known to be free is an obstacle: unknown cells, too, and what lies beyond the image.
-
-    Example: clew map warehouse.yaml --start 1.5 2 0 --goal 10.5 6 > warehouse.json
     """
     for module in ("PIL", "yaml"):
         need(module, extra="maps", by="maps need")
