@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from clew.verbs.extras import need
-from clew.verbs.options import FINITE, PATH, robot_radius_option
+from clew.verbs.options import FINITE, NamedPath, robot_radius_option
 from clew.verbs.say import warn
 from protocol.errors import UsageError
 from protocol.files.opening import WRITTEN_BYTES_MAX
@@ -43,7 +43,7 @@ def _heading(
 
 
 @click.command("map", cls=_WithPlaces)
-@click.argument("file", metavar="FILE.yaml", type=PATH)
+@click.argument("file", metavar="FILE.yaml", type=NamedPath(exists=True, dir_okay=False, path_type=Path))
 @click.option(
     "--start",
     type=(FINITE, FINITE, FINITE),
