@@ -131,7 +131,19 @@ async def test_a_killed_robot_is_named_and_the_others_continue() -> None:
         await world.until(lambda: "r2" in world.gone)
         world.tell(0.0, Phase.CLOSING)
         await world.until_recorded(TrafficCounted, ["r1", "r3"])
-        assert ended(process) == (1, "robot 2 was ended by SIGKILL\n")
+        assert ended(process) == (0, "robot 2 was ended by SIGKILL\n"), (
+            "the run is over; its verdict names r2"
+        )
+
+
+async def test_a_host_all_of_whose_robots_die_fails_with_the_code_of_the_first() -> None:
+    async with host("1-2") as (world, process):
+        os.kill(world.pid("r2"), signal.SIGTERM)
+        await world.until(lambda: "r2" in world.gone)
+        until_reaped(world, "r2")
+        os.kill(world.pid("r1"), signal.SIGKILL)
+        said = "robot 2 was ended by SIGTERM\nrobot 1 was ended by SIGKILL\n"
+        assert ended(process) == (143, said)
 
 
 async def test_a_robot_killed_by_a_process_fault_is_no_failure_of_the_host() -> None:
