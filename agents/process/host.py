@@ -107,7 +107,7 @@ def run_robot(
 
 
 def run_host(crews: Sequence[Crew], lifeline: int | None) -> int:
-    """Fork the robots and reap them; returns 0, or the first bad exit code of a fleet that failed (rule 1)."""
+    """Fork the robots and reap them; returns 0, or the first bad exit code of a failed fleet (rule 1)."""
     lifeline_ends, connected_ends = os.pipe(), os.pipe()
     return_large_blocks()
     warm_up()
