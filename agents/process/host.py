@@ -213,6 +213,8 @@ class _Host:
             case ProcessAction.KILL:
                 self._killed.update(pids)
                 self._restarts.discard(place)  # the last command counts
+                if self._starting.forget(place):
+                    self._down.add(place)
                 number = signal.SIGKILL
             case ProcessAction.FREEZE:
                 number = signal.SIGSTOP
@@ -229,7 +231,7 @@ class _Host:
     def _start(self, place: Place, pids: Sequence[int]) -> None:
         if self._killed.intersection(pids):
             self._restarts.add(place)  # the process that is being killed must end first
-        elif not pids and place in self._known:
+        elif not pids and (place in self._known or place in self._down):
             self.start(place)
             self._fork()
 
