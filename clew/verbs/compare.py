@@ -69,6 +69,8 @@ def compare(*, a: Path, b: Path, each: bool, as_json: bool) -> None:
     from clew.log.log import check_one_fleet
 
     for each_of_two in (a, b):
+        if not each_of_two.exists():
+            raise UsageError(f"{each_of_two}: there is no such run or campaign")
         check_one_fleet(each_of_two)
     if _is_run(a) and _is_run(b):
         if each:
