@@ -208,7 +208,7 @@ def _sentences(replayed: Replay) -> Iterator[str]:
         else:
             yield from _told(who, each.difference)
     if replayed.missing is None:
-        yield f"without {EVENTS_FILE} it is unknown whether a journal is missing"
+        yield f"without a readable {EVENTS_FILE} it is unknown whether a journal is missing"
     yield from map(told, replayed.missing or ())
     count = f"replayed: {replayed.decisions} decisions of {len(replayed.robots)} processes"
     if replayed.ok:

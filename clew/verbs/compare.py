@@ -111,10 +111,11 @@ def _compare_runs(a: Path, b: Path, *, as_json: bool) -> None:
         first = None if both.first is None else {"step": both.first.number, "apart": both.first.apart}
         say_json({"asked": both.asked, "outcomes": both.outcomes, "first": first})
         return
-    drawn = numbers_table("measure", "A", "B", "B - A", left=("measure",))
-    for each in both.outcomes:
-        drawn.add_row(*_row(each))
-    console().print(drawn)
+    if both.outcomes:
+        drawn = numbers_table("measure", "A", "B", "B - A", left=("measure",))
+        for each in both.outcomes:
+            drawn.add_row(*_row(each))
+        console().print(drawn)
     for letter, run, path in (("A", one, a), ("B", other, b)):
         said = "no verdict yet" if run.verdict is None else verdict_sentence(run.verdict, run.scenario)
         say(f"{letter}: {path}: {said}")

@@ -98,6 +98,14 @@ def test_a_run_and_something_else_cannot_be_compared(runs: Runs, tmp_path: Path)
         assert clew("compare", *pair).stderr == f"Error: {run}x: there is no such run or campaign\n"
 
 
+def test_of_a_run_without_a_verdict_no_empty_table_is_drawn(runs: Runs, tmp_path: Path) -> None:
+    log = tmp_path / "events.jsonl"
+    log.write_bytes((runs.of("grove") / log.name).read_bytes())
+    done = clew("compare", str(tmp_path), str(runs.of("grove")))
+    assert done.exit_code == 0
+    assert done.stdout.startswith(f"A: {tmp_path}: no verdict yet\n")
+
+
 def test_a_folder_is_no_run_to_compare(runs: Runs) -> None:
     run = open_run(runs.of("grove"))
     with pytest.raises(UsageError, match=r"compare: must be two runs, .* got 'runs/x'"):
