@@ -85,8 +85,8 @@ def _parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="python -m agents",
         description="Runs robots; each is a process with its own Zenoh session. Several are forked and "
-        "reaped by this process. Exits 0 when all ended well, else with the code of the first that did not: "
-        "1, or 2 on wrong usage.",
+        "reaped by this process. Exits 0 when one of each fleet ended well, since the run is over; else with "
+        "the code of the first that did not: 1, or 2 on wrong usage.",
     )
     parser.add_argument(
         "--robots",

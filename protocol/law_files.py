@@ -92,8 +92,18 @@ def load(name: str) -> Any:  # noqa: ANN401 - `laws` checks what it is
     sys.modules.update({module.__name__: module})  # dataclasses look there for their module
     exec(compile(text, str(path), "exec"), vars(module))  # noqa: S102 - the user names the file to run it
     if not hasattr(module, law):
-        raise AttributeError(f"it has no {law!r}{did_you_mean(law, vars(module))}")
+        raise AttributeError(f"it has no {law!r}{did_you_mean(law, _functions_of(module))}")
     return getattr(module, law)
+
+
+def _functions_of(module: ModuleType) -> list[str]:
+    """The names of what a file defines and can be called: a law is no class, nor what the file imports."""
+    return [
+        name
+        for name, each in vars(module).items()
+        if callable(each) and not isinstance(each, type)
+        if getattr(each, "__module__", None) == module.__name__
+    ]
 
 
 def _parts(said: str) -> tuple[str, str, str | None]:

@@ -75,7 +75,7 @@ def scan_walls(view: View, mission: Mission, *, leave_out: Flags | None = None) 
 
     If a direction is left out, the gaps on both sides of it are as its other neighbours say.
     """
-    return _walls(sure(view, mission, leave_out=leave_out), mission, mission.obstacle_keep_m, leave_out)
+    return _walls(sure(view, mission, leave_out=leave_out), mission, mission.obstacle_keep_m)
 
 
 def short_step_walls(view: View, mission: Mission) -> Walls:
@@ -91,12 +91,10 @@ def short_step_m(mission: Mission) -> float:
     return SHORT_STEP_SHARE * mission.range_m_max
 
 
-def _walls(seen: Sure, mission: Mission, keep_m: float, leave_out: Flags | None = None) -> Walls:
+def _walls(seen: Sure, mission: Mission, keep_m: float) -> Walls:
     is_known = np.isfinite(seen.ranges_m)
     # The side at the end of a gap: from its arc to the next one's.
     sided = is_known & of_next(is_known) & (seen.ranges_m != of_next(seen.ranges_m))
-    if leave_out is not None:
-        sided &= ~of_next(leave_out)
     starts = np.concatenate([seen.starts[is_known], seen.ends[sided]])
     ends = np.concatenate([seen.ends[is_known], of_next(seen.starts)[sided]])
     return Walls(starts, ends, np.full(len(starts), keep_m), math.sin(mission.drive_off_rad))

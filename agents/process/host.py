@@ -1,6 +1,7 @@
 """A host of robots: forks one process for each and reaps them. It opens no session, so forking is safe.
 
-Rule 1: a robot that dies is reaped and reported; the others continue.
+Rule 1: a robot that dies is reaped and reported; the others continue. If one of its fleet ends well after
+        it, the host does so, too: then the run is over, and the verdict says who died.
 Rule 2: when asked to end, the host asks all its robots, waits, and kills those that are left. It thaws frozen
         ones, so that they can react. Robots that end then are not failures.
 Rule 3: a robot ends soon after its host: it holds the reading end of a pipe whose writing end only the host
@@ -106,7 +107,7 @@ def run_robot(
 
 
 def run_host(crews: Sequence[Crew], lifeline: int | None) -> int:
-    """Fork the robots and reap them; returns 0 if all ended well, else the first bad exit code."""
+    """Fork the robots and reap them; returns 0, or the first bad exit code of a failed fleet (rule 1)."""
     lifeline_ends, connected_ends = os.pipe(), os.pipe()
     return_large_blocks()
     warm_up()
@@ -144,7 +145,8 @@ class _Host:
         """The processes that were killed by a fault."""
         self._restarts: set[Place] = set()
         """Robots to restart as soon as their process has ended."""
-        self._exit_code: int = ExitCode.OK
+        self._failed: dict[Orders, int] = {}
+        """The first bad exit code of each fleet that has one."""
         self._all_ended = asyncio.Event()
         self._down: set[Place] = set()
         """Robots that a fault has killed, and that were not started since (rule 4)."""
@@ -183,7 +185,8 @@ class _Host:
             either: list[asyncio.Future[Any]] = [ended, asked]
             await asyncio.wait(either, return_when=asyncio.FIRST_COMPLETED)
             if ended.done():
-                return self._exit_code
+                failed = (code for told, code in self._failed.items() if told not in self._over)
+                return next(failed, ExitCode.OK)
             self._ends = True
             self._starting.end()
             self._signal_all(signal.SIGTERM)
@@ -210,6 +213,8 @@ class _Host:
             case ProcessAction.KILL:
                 self._killed.update(pids)
                 self._restarts.discard(place)  # the last command counts
+                if self._starting.forget(place):
+                    self._down.add(place)
                 number = signal.SIGKILL
             case ProcessAction.FREEZE:
                 number = signal.SIGSTOP
@@ -226,7 +231,7 @@ class _Host:
     def _start(self, place: Place, pids: Sequence[int]) -> None:
         if self._killed.intersection(pids):
             self._restarts.add(place)  # the process that is being killed must end first
-        elif not pids and place in self._known:
+        elif not pids and (place in self._known or place in self._down):
             self.start(place)
             self._fork()
 
@@ -246,8 +251,8 @@ class _Host:
             # Until it handles signals, SIGTERM ends it at once.
             as_asked = self._ends and exit_code in {ExitCode.TERMINATED, -signal.SIGTERM}
             if exit_code != 0 and not (killed or as_asked):
-                self._exit_code = self._exit_code or max(exit_code, ExitCode.FAILED)  # a signal's is negative
                 told, robot = place
+                self._failed.setdefault(told, max(exit_code, ExitCode.FAILED))  # a signal's is negative
                 say(f"{told.name_of(robot)} {_how(exit_code)}")
             if place in self._restarts and not self._ends:
                 self._restarts.discard(place)

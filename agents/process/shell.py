@@ -234,9 +234,9 @@ class Shell:
 
     async def _obey(self, event: Event, commands: Sequence[Command]) -> None:
         notes = [command for command in commands if isinstance(command, Note)]
-        fault = self._victim.fault_at(event, commands, self._now_s, self._transport.faults)
-        if fault is not None:
-            await self._inject(fault, [note for note in notes if is_plan(note)])
+        faults = self._victim.faults_at(event, commands, self._now_s, self._transport.faults)
+        if faults:
+            await self._inject(faults, [note for note in notes if is_plan(note)])
             notes = [note for note in notes if not is_plan(note)]
         for note in notes:
             self._note(note.record)
@@ -244,18 +244,19 @@ class Shell:
         for command in commands:
             self._do(command)
 
-    async def _inject(self, fault: ProcessFault, plans: Sequence[Note]) -> None:
-        """Inject a fault into this process (rule 4)."""
+    async def _inject(self, faults: Sequence[ProcessFault], plans: Sequence[Note]) -> None:
+        """Inject faults into this process (rule 4)."""
         for plan in plans:
             self._note(plan.record)
-        self._note(fault.as_record())
+        for fault in faults:
+            self._note(fault.as_record())
         until_s = time.monotonic() + FAULT_PATIENCE_S
         while len(self._outbox) and time.monotonic() < until_s:
             self._flush()
             arrivals = await self._transport.arrivals(self._turn_s)
             self._hear_world(arrivals)
             self._kept += [arrival for arrival in arrivals if not isinstance(arrival, Refused)]
-        self._victim.inject(fault)
+        self._victim.inject(faults[-1])
 
     async def _close(self) -> ExitCode:
         """Record the sent counts; when all robots have, record the received ones; end when that is stored."""

@@ -27,6 +27,12 @@ class Starting(Generic[Place]):
         """A robot is to be started; if it waits already, it is started once."""
         self._waiting.setdefault(place)
 
+    def forget(self, place: Place) -> bool:
+        """A robot is not to be started any more; returns whether it was waiting."""
+        was_waiting = place in self._waiting
+        self._waiting.pop(place, None)
+        return was_waiting
+
     def next(self) -> Place | None:
         """The robot to start now; None: nobody waits, or enough are on their way."""
         if not self._waiting or len(self._connecting) >= CONNECTING_MAX:

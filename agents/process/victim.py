@@ -3,6 +3,8 @@
 Rule 1: a rule takes effect once. A restarted robot waits until it knows which rules have taken effect:
         otherwise it might die at the same point for ever.
 Rule 2: the robot tells its host first, by the run's private folder, that the fault is intended.
+Rule 3: of several faults due at a point the last is injected: no fault follows a kill, and one freeze is as
+        good as two. All are recorded.
 """
 
 import os
@@ -39,18 +41,17 @@ class Victim:
             return
         self._process_faults.hear(self._name, Entry(n=1, t_s=now_s, hlc="", record=record))
 
-    def fault_at(
+    def faults_at(
         self, event: Event, commands: Sequence[Command], now_s: float, faults: Faults
-    ) -> ProcessFault | None:
-        """The fault to inject now, before these commands are executed."""
+    ) -> Sequence[ProcessFault]:
+        """The faults that strike now, before these commands are executed."""
         if not self._process_faults.has_points:
-            return None
+            return ()
         passed = self._points.passed(event, commands)
         self._process_faults.catch_up(faults.struck, faults.step)
         if self._again and faults.number == 0:
-            return None
-        due = self._process_faults.at_points(self._name, passed, now_s)
-        return next((fault for fault in due if fault.action in SIGNALS), None)
+            return ()
+        return self._process_faults.at_points(self._name, passed, now_s)
 
     def inject(self, fault: ProcessFault) -> None:
         """Inject the fault; returns when the process goes on, if ever."""

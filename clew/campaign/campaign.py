@@ -2,9 +2,11 @@
 
 Rule 1: each outcome is appended to `episodes.jsonl` as soon as it exists. So an interrupted campaign can be
         continued, and loses only the episodes that were being played.
-Rule 2: an outcome is valid as long as scene, seed, options and our own source are the same to the byte.
+Rule 2: an outcome is valid as long as scene, seed, options and our own source that plays and judges
+        (`PLAYED`) are the same to the byte.
 Rule 3: `campaign.json` is written even if the user interrupts the campaign.
-Rule 4: a folder has one campaign at a time. A second one would play all that the first is playing.
+Rule 4: a folder has one campaign at a time, until its summary is written. A second one would play all that
+        the first is playing.
 """
 
 import os
@@ -159,9 +161,9 @@ def run(
                 )
             except KeyboardInterrupt:
                 interrupted = True
-        campaign = _sum_up(request, episodes, done, source_hash, interrupted=interrupted)
-        text = msgspec.json.format(msgspec.json.encode(campaign)) + b"\n"
-        write_whole(request.out / CAMPAIGN_FILE, text)
+            campaign = _sum_up(request, episodes, done, source_hash, interrupted=interrupted)
+            text = msgspec.json.format(msgspec.json.encode(campaign)) + b"\n"
+            write_whole(request.out / CAMPAIGN_FILE, text)
     except OSError as error:
         raise UsageError(f"cannot write a campaign into {request.out}: {error.strerror or error}") from error
     return campaign

@@ -6,7 +6,7 @@ Rule 3: a log of another schema is read as far as this program knows its kinds a
 """
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from hashlib import blake2b
 from io import BufferedReader, BytesIO
 from pathlib import Path
@@ -71,25 +71,19 @@ class Log:
             return open_regular(self.path)
         except OSError as error:
             where = f"{self.path.parent}: {self.path.name}" if self._in_folder else str(self.path)
-            if self._in_folder and (fleets := fleets_in(self.path.parent)):
-                raise has_several(self.path.parent, fleets) from error
+            if self._in_folder:
+                check_one_fleet(self.path.parent)
             raise UsageError(f"no run in {where}: {error.strerror}") from error
 
 
-def has_several(run: Path, fleets: Iterable[str]) -> UsageError:
-    """The refusal of the folder of a run with several fleets, where one fleet is needed."""
-    folders = ", ".join(str(run / name) for name in fleets)
-    return UsageError(f"{run}: has several fleets, each with a folder: {folders}")
-
-
 def check_one_fleet(run: Path) -> None:
-    """Refuse the folder of a run with several fleets.
+    """Refuse the folder of a run with several fleets, where one fleet is needed.
 
     Raises:
         UsageError: it names their folders.
     """
-    if fleets := fleets_in(run):
-        raise has_several(run, fleets)
+    if folders := ", ".join(str(run / name) for name in fleets_in(run)):
+        raise UsageError(f"{run}: has several fleets, each with a folder: {folders}")
 
 
 def fleets_in(run: Path) -> list[str]:

@@ -18,7 +18,7 @@ from msgspec import Struct
 from agents.process.journal import SUFFIX, Decision, Head, Input, decision, failure
 from agents.robot import Robot
 from clew.log.journals.recording import Recording
-from clew.log.log import Log, fleets_in, has_several
+from clew.log.log import Log, check_one_fleet
 from clew.log.replay_missing import Missing, missing, told
 from clew.log.timeline import Choice, unknown_in
 from protocol.errors import UsageError, no_run_in
@@ -101,8 +101,7 @@ def nothing_to_replay(run: Path, robot: int | None) -> UsageError:
     """The refusal of a folder without inputs, of all robots or of one."""
     if not run.exists():
         return no_run_in(run)
-    if fleets := fleets_in(run):
-        return has_several(run, fleets)
+    check_one_fleet(run)
     if robot is not None and (run / EVENTS_FILE).is_file():
         unknown = unknown_in(Choice(robot=robot), Log(run).header, ())
         if unknown is not None:
@@ -209,7 +208,7 @@ def _sentences(replayed: Replay) -> Iterator[str]:
         else:
             yield from _told(who, each.difference)
     if replayed.missing is None:
-        yield f"without {EVENTS_FILE} it is unknown whether a journal is missing"
+        yield f"without a readable {EVENTS_FILE} it is unknown whether a journal is missing"
     yield from map(told, replayed.missing or ())
     count = f"replayed: {replayed.decisions} decisions of {len(replayed.robots)} processes"
     if replayed.ok:

@@ -91,7 +91,9 @@ def verdict_beside(log: Path) -> tuple[Verdict | None, tuple[str, ...]]:
         return read_verdict(log.parent), ()
     except FileNotFoundError:
         return None, ()
-    except (OSError, msgspec.MsgspecError) as error:
+    except OSError as error:  # the text of this error has its number and the whole path
+        return None, (plain(f"{VERDICT_FILE} cannot be read: {error.strerror}"),)
+    except msgspec.MsgspecError as error:
         return None, (plain(f"{VERDICT_FILE} cannot be read: {error}"),)
 
 

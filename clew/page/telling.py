@@ -73,5 +73,7 @@ def verdict_of(run: Path) -> tuple[dict[str, Any] | None, str | None]:
         return msgspec.json.decode(read_bytes(path, MADE_BYTES_MAX), type=dict[str, Any]), None
     except FileNotFoundError:
         return None, f"there is no {VERDICT_FILE}"
-    except (OSError, *UNREADABLE) as error:
+    except OSError as error:  # the text of this error has its number and the whole path
+        return None, f"{VERDICT_FILE} cannot be read: {error.strerror}"
+    except UNREADABLE as error:
         return None, f"{VERDICT_FILE} cannot be read: {error}"

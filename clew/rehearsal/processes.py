@@ -3,6 +3,7 @@
 Rule 1: while the world's process is down, bodies move and time goes on, but it sends and receives nothing.
         Its successor has its state, which a live one restores from the timeline.
 Rule 2: while the router is down, all messages are lost. When it is back, all tokens are back at once.
+Rule 3: a thaw has no effect on a process that is not frozen: one that was killed stays away until its start.
 """
 
 from collections import Counter
@@ -47,6 +48,8 @@ class Processes:
         self._journals = journals
         self._seed = seed
         self._lives: Counter[int] = Counter()
+        self._frozen: set[str] = set()
+        """Of the world and the router, which are frozen (rule 3)."""
         self._show(WORLD_NUMBER)
 
     def start(self, robot: int) -> Actor:
@@ -75,15 +78,12 @@ class Processes:
 
     def inject(self, fault: ProcessFault, now_s: float) -> Actor | None:
         """Inject a process fault; returns the robot that it has started, if any."""
-        if fault.process == ROUTER:
-            self.router_is_up = fault.action in {ProcessAction.START, ProcessAction.THAW}
-        elif fault.process == WORLD:
-            self._inject_world(fault.action, now_s)
-        elif (robot := robot_number(fault.process)) is not None:
-            if (actor := self.actors.get(robot)) is not None:
-                self._inject_robot(actor, fault, now_s)
-            elif fault.action is ProcessAction.START:
-                return self.start(robot)
+        if (robot := robot_number(fault.process)) is None:
+            self._inject_shared(fault, now_s)
+        elif (actor := self.actors.get(robot)) is not None:
+            self._inject_robot(actor, fault, now_s)
+        elif fault.action is ProcessAction.START:
+            return self.start(robot)
         return None
 
     def cut_off(self, faults: MessageFaults, *, now_s: float, step: int) -> set[int]:
@@ -94,6 +94,18 @@ class Processes:
             return set()
         names = {WORLD: WORLD_NUMBER} | {actor.name: actor.robot for actor in self.actors.values()}
         return {names[name] for name in faults.cut_off(names, now_s=now_s, step=step)}
+
+    def _inject_shared(self, fault: ProcessFault, now_s: float) -> None:
+        """Inject a fault of the router or the world."""
+        if fault.action is ProcessAction.THAW and fault.process not in self._frozen:
+            return
+        self._frozen.discard(fault.process)
+        if fault.action is ProcessAction.FREEZE:
+            self._frozen.add(fault.process)
+        if fault.process == ROUTER:
+            self.router_is_up = fault.action in {ProcessAction.START, ProcessAction.THAW}
+        else:
+            self._inject_world(fault.action, now_s)
 
     def _inject_world(self, action: ProcessAction, now_s: float) -> None:
         match action:

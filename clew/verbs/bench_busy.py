@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from clew.bench.busy import BusyRun
 
 BUSY_MAX = 200
+QUEUE = "queue"
 COMPUTES = "while True: pass"
 QUEUE_S_MAX = 1800.0  # of a run: fifty robots beside 16 busy processes on two cores took 160 s
 
@@ -57,6 +58,7 @@ def busy(
     from clew.bench.busy import figures
     from clew.bench.result import all_met
 
+    _check(scenario, robots)
     begun = begin("busy", f"Live fleets on {scenario} beside {processes} busy processes. A repeat is a run.")
     runs: list[BusyRun] = []
     with tempfile.TemporaryDirectory(prefix="clew-busy.") as folder, _busy(processes):
@@ -69,10 +71,19 @@ def busy(
     ctx.exit(ExitCode.OK if all_met(found) else ExitCode.FAILED)
 
 
+def _check(scenario: str, robots: int | None) -> None:
+    """Refuse a scenario with which no run would start, before the machine is kept busy."""
+    from world.scenario.fleets import has_several, load_fleets
+    from world.scenario.scenario import load
+
+    if scenario != QUEUE:
+        (load_fleets if has_several(scenario) else load)(scenario, robots=robots)
+
+
 def _arguments(scenario: str, robots: int | None, folder: Path) -> list[str]:
     from clew.bench.forming import queue
 
-    if scenario == "queue":
+    if scenario == QUEUE:
         path = folder / "queue.toml"
         path.write_text(toml_text(msgspec.to_builtins(queue(robots or 5))), encoding="utf-8")
         return [str(path)]

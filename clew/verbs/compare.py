@@ -69,6 +69,8 @@ def compare(*, a: Path, b: Path, each: bool, as_json: bool) -> None:
     from clew.log.log import check_one_fleet
 
     for each_of_two in (a, b):
+        if not each_of_two.exists():
+            raise UsageError(f"{each_of_two}: there is no such run or campaign")
         check_one_fleet(each_of_two)
     if _is_run(a) and _is_run(b):
         if each:
@@ -109,10 +111,11 @@ def _compare_runs(a: Path, b: Path, *, as_json: bool) -> None:
         first = None if both.first is None else {"step": both.first.number, "apart": both.first.apart}
         say_json({"asked": both.asked, "outcomes": both.outcomes, "first": first})
         return
-    drawn = numbers_table("measure", "A", "B", "B - A", left=("measure",))
-    for each in both.outcomes:
-        drawn.add_row(*_row(each))
-    console().print(drawn)
+    if both.outcomes:
+        drawn = numbers_table("measure", "A", "B", "B - A", left=("measure",))
+        for each in both.outcomes:
+            drawn.add_row(*_row(each))
+        console().print(drawn)
     for letter, run, path in (("A", one, a), ("B", other, b)):
         said = "no verdict yet" if run.verdict is None else verdict_sentence(run.verdict, run.scenario)
         say(f"{letter}: {path}: {said}")

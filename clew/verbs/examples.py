@@ -16,7 +16,7 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
         "rehearse my.toml --faults my.faults.toml --out runs/mine",
         "rehearse crossing",
     ],
-    "map": ["map warehouse.yaml --start 1.5 2 0 --goal 10.5 6"],
+    "map": ["map warehouse.yaml --start 1.5 2 0 --goal 10.5 6 > warehouse.json"],
     "ls": ["ls", "ls runs/* --delete", "ls runs/latest --delete --yes"],
     "fault": ["fault runs/latest kill leader", "fault runs/latest stop"],
     "fault kill": ["fault runs/latest kill leader", "fault runs/latest kill middle --robots 2"],
@@ -89,5 +89,5 @@ EXAMPLES: Mapping[str, Sequence[str]] = {
     "bench loss": ["bench loss --runs 3"],
     "bench scale": ["bench scale -n 5 -n 50", "bench scale -n 1000 --strands 200 --drive-s 5 --json"],
     "bench soak": ["bench soak -n 5 --for-s 60", "bench soak -n 200 --for-s 600 --every-s 2 --json"],
-    "field": ["field circles --seed 3", "field corridors spiral --seed 1-5 --out fields"],
+    "field": ["field circles --seed 3 > circles.json", "field corridors spiral --seed 1-5 --out fields"],
 }

@@ -10,12 +10,13 @@ from protocol.root import IS_CHECKOUT, ROOT
 
 
 def install_line(extra: str) -> str:
-    """The command that installs an extra. An environment made by uv has no pip."""
-    place = ROOT if IS_CHECKOUT else "PATH-OF-A-CHECKOUT"
-    python, ours = shlex.quote(sys.executable), shlex.quote(f"{place}[{extra}]")
-    if find_spec("pip") is None:
-        return f"uv pip install --python {python} --editable {ours}"
-    return f"{python} -m pip install --editable {ours}"
+    """The command that installs an extra: of this checkout, or of the package, which stays as it is."""
+    words = ["--editable", f"{ROOT}[{extra}]"] if IS_CHECKOUT else [f"clew[{extra}]"]
+    ours = shlex.join(words)
+    python = shlex.quote(sys.executable)
+    if find_spec("pip") is None:  # as in an environment made by uv
+        return f"uv pip install --python {python} {ours}"
+    return f"{python} -m pip install {ours}"
 
 
 def need(module: str, *, extra: str, by: str) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from clew.verbs.group import LateGroup
-from clew.verbs.options import RUN, FiniteRange, robots_option
+from clew.verbs.options import RUN_FOLDER, FiniteRange, robots_option
 from protocol.errors import UsageError
 from protocol.faults.manual_faults import EndRequest, FaultRequest, HaltRequest, Request, request_fault
 from protocol.faults.rules import ROLES, ROUTER, Rule
@@ -70,7 +70,7 @@ MESSAGES = (
 
 
 @click.group(cls=LateGroup)
-@RUN
+@click.argument("run", type=RUN_FOLDER)
 @click.pass_context
 def fault(ctx: click.Context, run: Path) -> None:
     """Inject a fault into the fleet that is running in RUN, from now on.
@@ -86,14 +86,16 @@ def _asked(run: Path, request: Request) -> str:
     """Ask the world of the run.
 
     Raises:
-        UsageError: as `request_fault`; or the run has several fleets, each of which has a folder.
+        UsageError: as `request_fault`; or it is no run, or has several fleets, each of which has a folder.
     """
     try:
         return request_fault(run, request)
     except UsageError:
-        from clew.log.log import check_one_fleet  # not before it has been asked: a stop is urgent
+        from clew.fleet.runs import check_is_run  # not before it has been asked: a stop is urgent
+        from clew.log.log import check_one_fleet
 
         check_one_fleet(run)
+        check_is_run(run)
         raise
 
 

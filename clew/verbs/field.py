@@ -58,7 +58,7 @@ def field(kinds: tuple[str, ...], *, seeds: tuple[int, ...], out: Path | None, *
     Circles, ellipses, convex, nonconvex, mixed and stars are scattered. Corridors (a perfect maze), zigzag,
     comb, spiral, rings, rooms and pillars are built with ways of one width.
 
-    The same options print the same scene on any machine. Example: clew field corridors --seed 3 > maze.json
+    The same options print the same scene on any machine.
     """
     from clew.fields.field import Field, scene
 

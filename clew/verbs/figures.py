@@ -40,11 +40,14 @@ def figures(source: Path, *, out: Path | None, formats: tuple[str, ...], as_json
     The argument is a folder, an events.jsonl or a campaign.json. The verb prints the paths of the files. A
     figure that cannot be drawn is named on stderr; the others are drawn.
     """
+    from clew.figures.source import read_source
+
+    read = read_source(source)  # first: what cannot be drawn needs no library
     need("matplotlib", extra="plot", by="figures need")
-    from clew.figures.draw import charts_in, write
+    from clew.figures.draw import charts_of, write
     from clew.figures.style import LeftOut
 
-    charts, flaws = charts_in(source)
+    charts, flaws = charts_of(read)
     for flaw in flaws:
         warn(f"not complete: {flaw}")
     left_out = {each.name: each.why for each in charts if isinstance(each, LeftOut)}

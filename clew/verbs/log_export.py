@@ -39,9 +39,9 @@ def export(run: Path, *, to: str, out: Path | None, as_json: bool) -> None:
     from clew.log.log import Log
 
     needed, writer, name = FORMATS[to]
+    log = Log(run)  # first: what cannot be exported needs no library
     if needed is not None:
         need(needed, extra=to, by="this export needs")
-    log = Log(run)
     place = log.path.parent / name if out is None else out
     if Path(name).suffix and place.suffix != Path(name).suffix:
         raise UsageError(f"--out {place}: its name must end in {Path(name).suffix}")

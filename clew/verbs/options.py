@@ -13,6 +13,7 @@ from click.shell_completion import CompletionItem
 
 from clew.fields.kinds import ROBOT_RADIUS_M
 from clew.fleet.options import DEPLOYMENTS, version
+from clew.fleet.runs import EVENTS
 from protocol import laws
 from protocol.errors import UsageError
 from protocol.files.names import did_you_mean
@@ -66,6 +67,17 @@ class NamedPath(click.Path):
         return super().convert(value, param, ctx)
 
 
+class RunFolder(NamedPath):
+    """The folder of a run, or its log, as verbs take it that read only the log."""
+
+    def convert(
+        self, value: str | os.PathLike[str], param: click.Parameter | None, ctx: click.Context | None
+    ) -> Path:
+        """The folder."""
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
+        return path.parent if path.name == EVENTS else path
+
+
 class RobotNumber(click.ParamType[int]):
     """A robot, as `3` or, as the log names it, `r3`."""
 
@@ -114,6 +126,7 @@ def _complete(folder: str) -> Callable[[click.Context, click.Parameter, str], li
 
 FINITE = Finite()
 PATH = NamedPath(path_type=Path)
+RUN_FOLDER = RunFolder(path_type=Path)
 ROBOT = RobotNumber()
 ROBOTS = click.IntRange(1, ROBOTS_MAX)
 SEED = click.IntRange(0, SEED_MAX)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 import msgspec
 
-from clew.verbs.options import AS_JSON, FINITE, PATH, ROBOT
+from clew.verbs.options import AS_JSON, FINITE, ROBOT, RUN_FOLDER
 from clew.verbs.say import say, warn
 from protocol.exit_codes import ExitCode
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("run", type=PATH)
+@click.argument("run", type=RUN_FOLDER)
 @click.option("--robot", type=ROBOT, help="Replay only this robot.")
 @click.option("--until", "until_s", type=FINITE, help="Stop at this time, and show the state [simulated s].")
 @click.option(
@@ -37,9 +37,9 @@ def replay(
 ) -> None:
     """Feed each robot's recorded inputs to a new core, and compare its decisions with the recorded ones.
 
-    RUN is the folder of a run, live or rehearsed. The replay of a robot stops at the first difference. Exits
-    with 1 when a decision differs, or when a journal is damaged or missing. The journal of a process that was
-    killed may end anywhere.
+    RUN is the folder of a run, or its events.jsonl. The replay of a robot stops at the first difference.
+    Exits with 1 when a decision differs, or when a journal is damaged or missing. The journal of a process
+    that was killed may end anywhere.
 
     With --until or --break, it shows the state of the core there instead. Exits with 1 when the expression
     never becomes true, or when a decision up to there differs from the recorded one.

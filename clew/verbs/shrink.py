@@ -9,7 +9,7 @@ import click
 import msgspec
 
 from clew.fleet.folder import make_folder
-from clew.verbs.options import PATH, SEED
+from clew.verbs.options import PATH, RUN_FOLDER, SEED
 from clew.verbs.say import many, to_copy, warn
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -27,7 +27,7 @@ SHRUNK_FOLDER, WORLD_FILE = "shrunk", "world.toml"
 
 
 @click.command("shrink")
-@click.argument("run", type=PATH)
+@click.argument("run", type=RUN_FOLDER)
 @click.option("--seed", type=SEED, help="Episode of a swarm campaign.")
 @click.option(
     "--out",

@@ -70,6 +70,8 @@ class _Case:
 
     rule: MessageRule
     chance: Chance
+    looked_at: tuple[int, bool] = (0, False)
+    """The last message of which `_in_burst` was asked, and the answer: later ones need not look beyond it."""
 
     def strikes(self, number: int, draw: float) -> bool:
         """Whether the draw selects this message."""
@@ -80,13 +82,14 @@ class _Case:
 
     def _in_burst(self, burst: Burst, number: int) -> bool:
         """Whether this message is in a burst: the newest message that began or ended one decides."""
-        for earlier in range(number, 0, -1):
+        before, in_burst = self.looked_at if self.looked_at[0] <= number else (0, False)
+        for earlier in range(number, before, -1):
             draw = self.chance.draws(earlier)[1]
-            if draw < burst.enter:
-                return True
-            if draw >= 1.0 - burst.leave:
-                return False
-        return False
+            if draw < burst.enter or draw >= 1.0 - burst.leave:
+                in_burst = draw < burst.enter
+                break
+        self.looked_at = number, in_burst
+        return in_burst
 
 
 class MessageFaults:

@@ -144,20 +144,29 @@ def test_an_environment_that_cannot_be_made_is_refused_in_one_line(checkout: Pat
 @pytest.mark.parametrize(
     ("words", "level"),
     [
-        (("log", "export", "run", "--to", "csv"), "tools"),
-        (("figures", "run"), "tools"),
+        (("log", "export", "a", "--to", "csv"), "tools"),
+        (("log", "export", "--to=csv", "b"), "run"),
+        (("figures", "a"), "tools"),
+        (("figures", "--json", "a/events.jsonl"), "tools"),
+        (("figures", "b"), "run"),
+        (("figures", "none"), "run"),
+        (("map", "a/events.jsonl"), "tools"),
         (("log", "export", "--help"), "run"),
         (("figures", "-h"), "run"),
         (("log", "info", "run"), "run"),
         ((), "run"),
     ],
 )
-def test_the_help_of_a_verb_needs_no_more_libraries(
+def test_more_libraries_come_for_a_verb_with_something_to_read_and_not_for_its_help(
     tmp_path: Path, words: tuple[str, ...], level: str
 ) -> None:
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "a" / "events.jsonl").touch()
     shutil.copy(ROOT / "launch" / "clew", tmp_path)
     (tmp_path / "setup.sh").write_text('set_up() { echo "$1"; exit; }')
-    said = subprocess.check_output([tmp_path / "clew", *words], text=True, timeout=DEADLINE_S)
+    command = [tmp_path / "clew", *words]
+    said = subprocess.check_output(command, cwd=tmp_path, text=True, timeout=DEADLINE_S)
     assert said == f"{level}\n"
 
 

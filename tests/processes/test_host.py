@@ -131,7 +131,19 @@ async def test_a_killed_robot_is_named_and_the_others_continue() -> None:
         await world.until(lambda: "r2" in world.gone)
         world.tell(0.0, Phase.CLOSING)
         await world.until_recorded(TrafficCounted, ["r1", "r3"])
-        assert ended(process) == (1, "robot 2 was ended by SIGKILL\n")
+        assert ended(process) == (0, "robot 2 was ended by SIGKILL\n"), (
+            "the run is over; its verdict names r2"
+        )
+
+
+async def test_a_host_all_of_whose_robots_die_fails_with_the_code_of_the_first() -> None:
+    async with host("1-2") as (world, process):
+        os.kill(world.pid("r2"), signal.SIGTERM)
+        await world.until(lambda: "r2" in world.gone)
+        until_reaped(world, "r2")
+        os.kill(world.pid("r1"), signal.SIGKILL)
+        said = "robot 2 was ended by SIGTERM\nrobot 1 was ended by SIGKILL\n"
+        assert ended(process) == (143, said)
 
 
 async def test_a_robot_killed_by_a_process_fault_is_no_failure_of_the_host() -> None:
@@ -203,6 +215,38 @@ async def test_a_host_all_of_whose_robots_are_killed_ends_at_once_when_it_is_ask
         kill_all(world)
         process.terminate()
         assert ended(process) == (143, "")
+
+
+ONE_AT_A_TIME = """
+import sys, time
+from pathlib import Path
+from agents.__main__ import main
+from agents.process import host, starting
+starting.CONNECTING_MAX, tell = 1, host._Host._tell_connected
+def tell_later(self):
+    while not Path(sys.argv[4], "go").exists():
+        time.sleep(0.01)
+    tell(self)
+host._Host._tell_connected = tell_later
+sys.exit(main())
+"""
+
+
+async def test_a_robot_that_is_killed_while_it_waits_to_be_started_waits_for_a_start() -> None:
+    with session_folder() as folder, router(folder), world_transport(folder) as transport:
+        world = PlayedWorld(transport, folder)
+        options = ("--robots", "1-3", "--sessions", str(folder), "--lifeline")
+        with python("-c", ONE_AT_A_TIME, *options) as process:
+            wait_until(lambda: (folder / "h1.sock").exists() or None)
+            world.strike("r2", ProcessAction.KILL)
+            (folder / "go").touch()
+            await world.until_recorded(RobotStarted, ["r1", "r3"])
+            assert world.pids("r2") == []
+            world.strike("r2", ProcessAction.START)
+            await world.until_recorded(RobotStarted, ["r2"])
+            world.tell(0.0, Phase.CLOSING)
+            await world.until_recorded(TrafficCounted)
+            assert ended(process) == (0, "")
 
 
 async def test_a_frozen_robot_shows_no_token_until_it_is_thawed() -> None:

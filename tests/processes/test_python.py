@@ -1,6 +1,8 @@
 """Clew in Python with real processes, in this tree and installed elsewhere."""
 
 import os
+import re
+import shlex
 import subprocess
 import sys
 import sysconfig
@@ -127,6 +129,15 @@ def test_an_installed_package_has_all_its_files_and_its_command(elsewhere: Path)
     said = there(elsewhere, *clew_, "rehearse", "grove", "-n", "2", "--faults", "tail-killed", "--out", "run")
     assert "OK: every living robot has arrived" in said
     assert there(elsewhere, *clew_, "report", "run") == "run/report.html\n"
+
+
+def test_the_line_that_installs_an_extra_works_for_an_installed_package(elsewhere: Path) -> None:
+    line = there(
+        elsewhere, "-c", "from clew.verbs.extras import install_line; print(install_line('plot'))"
+    ).strip()
+    assert line == f"{elsewhere} -m pip install 'clew[plot]'"
+    said = there(elsewhere, *shlex.split(line)[1:], "--no-index", "--dry-run")
+    assert re.search(r"already satisfied: matplotlib.* \(from clew\[plot\]\)", said), said
 
 
 def test_an_installed_package_runs_live_fleets_under_drawn_faults(elsewhere: Path) -> None:

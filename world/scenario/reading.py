@@ -10,6 +10,7 @@ from protocol.files.names import did_you_mean
 from protocol.files.reading import read
 from protocol.law_files import named
 from protocol.root import LAUNCH
+from protocol.run_settings import SCENARIO_FILE
 
 SCENARIOS = LAUNCH / "scenarios"
 FLEETS = SCENARIOS / "fleets"  # scenarios with several fleets
@@ -30,6 +31,8 @@ def find(name_or_path: str) -> Path:
         raise UsageError(f"{name_or_path}: `clew map` makes a scene of the YAML file of a map of ROS")
     if name_or_path in plan.shipped():
         raise UsageError(f"{name_or_path!r} is a fault plan, not a scenario: --faults {name_or_path}")
+    if (path / SCENARIO_FILE).is_file():
+        raise UsageError(f"{name_or_path}: is the folder of a run; its scenario is {path / SCENARIO_FILE}")
     raise UsageError(
         f"unknown scenario {name_or_path!r}: must be one of {', '.join(known)}, or a .toml or .json file"
         f"{did_you_mean(name_or_path, known)}"

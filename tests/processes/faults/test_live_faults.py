@@ -88,13 +88,15 @@ def test_a_robot_that_stays_frozen_is_thawed_at_the_end_and_exits(fleet: Fleet) 
     assert verdict["robots_arrived"] == 2
 
 
-def test_a_robot_killed_between_plan_and_order_has_recorded_only_the_plan(fleet: Fleet) -> None:
+def test_a_robot_frozen_and_killed_between_plan_and_order_has_recorded_only_the_plan(fleet: Fleet) -> None:
     tail = 'fault = "kill"\ntarget = "tail"\nfrom_s = 1.0'  # an earlier injection elsewhere changes nothing
-    leader = 'fault = "kill"\ntarget = "leader"\npoint = "after_plan"\noccurrence = 2'
-    run(fleet, tail, leader, robots=4)
-    (struck,) = [entry for entry in kinds(fleet, "fault.injected") if entry["rule"] == "kill-2"]
-    planned, injection = [entry for entry in fleet.entries() if entry["source"] == struck["source"]][-2:]
-    assert (planned["kind"], injection) == ("step.planned", struck)
+    point = 'target = "leader"\npoint = "after_plan"\noccurrence = 2'
+    freeze, kill = f'fault = "freeze"\nfor_s = 600.0\n{point}', f'fault = "kill"\n{point}'
+    verdict = run(fleet, tail, freeze, kill, robots=4)
+    assert verdict["unstruck"] == []
+    (struck,) = [entry for entry in kinds(fleet, "fault.injected") if entry["rule"] == "kill-3"]
+    planned, frozen, killed = [e for e in fleet.entries() if e["source"] == struck["source"]][-3:]
+    assert (planned["kind"], frozen["rule"], killed) == ("step.planned", "freeze-2", struck)
     robot = int(struck["source"][1:])
     ordered = [
         (entry["epoch"], entry["step"]) for entry in kinds(fleet, "order.accepted") if entry["robot"] == robot

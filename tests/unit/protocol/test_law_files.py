@@ -81,6 +81,16 @@ def test_a_file_without_a_law_of_that_name_is_refused_when_it_is_looked_up(
         laws.find(name)
 
 
+@pytest.mark.parametrize(
+    "text",
+    ["import math as mime", "mien = 3", "class Mine: ...", "from math import fsum as mines", "mine_ = len"],
+)
+def test_what_can_be_no_law_is_not_suggested(folder: Path, text: str) -> None:
+    (folder / "mylaw.py").write_text(text)
+    with pytest.raises(UsageError, match=r"it has no 'mine'$"):
+        laws.find(law_files.named("mylaw.py:mine", folder))
+
+
 def test_a_file_is_not_run_before_its_law_is_looked_up(folder: Path) -> None:
     (folder / "mylaw.py").write_text("1 / 0")
     name = law_files.named("mylaw.py:mine", folder)

@@ -17,6 +17,8 @@ from agents.navigation.certificate import (
     scan_walls,
     short_step_walls,
 )
+from agents.navigation.sure import sure
+from protocol.arrays import unit_vectors
 from protocol.mission import Bounds
 from tests.support.stages.one_step import look_around, under, wall
 from tests.support.strategies.examples import examples
@@ -158,6 +160,31 @@ def test_an_edge_that_is_too_near_only_forbids_motion_towards_it() -> None:
     towards_m, away_m = certified_lengths_m(NOWHERE, np.array([0.0, np.pi]), walls)
     assert towards_m == 0.0
     assert away_m > 1.0
+
+
+def test_a_step_leads_away_from_all_that_is_too_near_up_to_the_last_ray_that_meets_it() -> None:
+    """Without the sides, the ground beside that ray would forbid half the angle between two rays less."""
+    post: list[Shape] = [Circle(centre_m=(KEEP_M + 0.05, 0.0), radius_m=0.1)]
+    view = look_around(post, ROBOT)
+    seen = sure(view, ROBOT)
+    corners = np.concatenate([seen.starts, seen.ends])
+    off_m = np.hypot(*corners.T)
+    near = corners[off_m < KEEP_M] / off_m[off_m < KEEP_M, None]
+    headings_rad = np.linspace(-np.pi, np.pi, 7200, endpoint=False)  # each tenth of what two rays are apart
+    free = certified_lengths_m(NOWHERE, headings_rad, scan_walls(view, ROBOT)) > 0.0
+    away = -(unit_vectors(headings_rad) @ near.T).max(axis=1)
+    least = math.sin(ROBOT.drive_off_rad)
+    assert away[free].min() >= least - 1e-9
+    assert free[away > least + 1e-6].all()
+
+
+def test_what_is_left_out_leaves_an_opening_that_the_neighbouring_rays_bound() -> None:
+    post: list[Shape] = [Circle(centre_m=(1.0, 0.0), radius_m=0.5)]
+    view = look_around(post, ROBOT)
+    walls = scan_walls(view, ROBOT, leave_out=view.hits)
+    corners = np.concatenate([walls.starts, walls.ends])
+    assert np.hypot(*corners.T).min() > 0.9 * ROBOT.range_m_max
+    assert certified_lengths_m(NOWHERE, np.array([0.0]), walls)[0] > 2.0
 
 
 def test_an_edge_that_reaches_far_away_is_narrower_near_the_obstacle() -> None:

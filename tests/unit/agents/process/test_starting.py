@@ -43,6 +43,15 @@ def test_a_robot_that_waits_already_is_started_once() -> None:
     assert started(starting) == ["r1"], "it is started again"
 
 
+def test_a_robot_that_is_forgotten_is_not_started_until_it_waits_again() -> None:
+    starting = fleet(3)
+    assert starting.forget("r1")
+    assert not starting.forget("r1")
+    assert started(starting) == ["r0", "r2"]
+    starting.wait("r1")
+    assert started(starting) == ["r1"]
+
+
 def test_nobody_is_started_when_the_host_ends() -> None:
     starting = fleet(3)
     starting.end()

@@ -46,24 +46,30 @@ def faults(*struck: str, step: int = 0, number: int = 1) -> Faults:
 )
 def test_effects_on_other_processes_do_not_spare_a_robot_at_its_point(other: Rule) -> None:
     robot = victim(other, AT_SCAN)
-    assert robot.fault_at(SCANNED, [], 2.0, faults(f"{other.fault}-1")) == ProcessFault(
-        "kill-2", ProcessAction.KILL, "r1"
-    )
+    assert robot.faults_at(SCANNED, [], 2.0, faults(f"{other.fault}-1")) == [
+        ProcessFault("kill-2", ProcessAction.KILL, "r1")
+    ]
 
 
 def test_a_rule_that_has_taken_effect_elsewhere_has_no_further_effect() -> None:
-    assert victim(AT_SCAN).fault_at(SCANNED, [], 2.0, faults("kill-1")) is None
+    assert not victim(AT_SCAN).faults_at(SCANNED, [], 2.0, faults("kill-1"))
+
+
+def test_all_rules_that_are_due_at_a_point_strike_up_to_a_kill() -> None:
+    freeze = Freeze(target="r1", point=StepPoint.AFTER_SCAN)
+    struck = victim(freeze, AT_SCAN, AT_SCAN, freeze).faults_at(SCANNED, [], 2.0, faults())
+    assert [fault.rule for fault in struck] == ["freeze-1", "kill-2"]
 
 
 def test_a_restarted_robot_waits_until_it_knows_which_rules_took_effect() -> None:
     robot = victim(AT_SCAN, again=True)
-    assert robot.fault_at(SCANNED, [], 2.0, faults(number=0)) is None
-    assert robot.fault_at(SCANNED, [], 2.1, faults("kill-1")) is None
+    assert not robot.faults_at(SCANNED, [], 2.0, faults(number=0))
+    assert not robot.faults_at(SCANNED, [], 2.1, faults("kill-1"))
 
 
 def test_a_follower_knows_the_leaders_step_from_the_fault_messages() -> None:
     robot = victim(Kill(target="r1", point=StepPoint.AFTER_SCAN, from_step=3))
-    assert robot.fault_at(SCANNED, [], 2.0, faults(step=2)) is None
-    assert robot.fault_at(SCANNED, [], 2.1, faults(step=3)) == ProcessFault(
-        "kill-1", ProcessAction.KILL, "r1"
-    )
+    assert not robot.faults_at(SCANNED, [], 2.0, faults(step=2))
+    assert robot.faults_at(SCANNED, [], 2.1, faults(step=3)) == [
+        ProcessFault("kill-1", ProcessAction.KILL, "r1")
+    ]

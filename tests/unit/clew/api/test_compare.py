@@ -93,7 +93,17 @@ def test_a_run_and_something_else_cannot_be_compared(runs: Runs, tmp_path: Path)
     for pair in ((run, other), (other, run)):
         done = clew("compare", *pair)
         assert (done.exit_code, done.stderr) == (2, refusal)
-    assert clew("compare", other, run + "x").stderr == f"Error: {other}: is neither a run nor a campaign\n"
+    assert clew("compare", other, other).stderr == f"Error: {other}: is neither a run nor a campaign\n"
+    for pair in ((run, run + "x"), (run + "x", other)):
+        assert clew("compare", *pair).stderr == f"Error: {run}x: there is no such run or campaign\n"
+
+
+def test_of_a_run_without_a_verdict_no_empty_table_is_drawn(runs: Runs, tmp_path: Path) -> None:
+    log = tmp_path / "events.jsonl"
+    log.write_bytes((runs.of("grove") / log.name).read_bytes())
+    done = clew("compare", str(tmp_path), str(runs.of("grove")))
+    assert done.exit_code == 0
+    assert done.stdout.startswith(f"A: {tmp_path}: no verdict yet\n")
 
 
 def test_a_folder_is_no_run_to_compare(runs: Runs) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from clew.campaign.episode import Episode, Outcome, play
+from protocol.files.writing import write_whole
 from tests.support.campaigns import clew, scene
 
 
@@ -31,16 +32,29 @@ def test_a_second_campaign_in_the_same_folder_is_refused_while_the_first_goes_on
     assert clew(*asked).exit_code == 0
 
 
-def test_a_campaign_holds_its_folder_while_it_plays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_campaign_holds_its_folder_until_its_summary_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     played, out = scene(tmp_path / "one.json"), tmp_path / "out"
+    seen: list[str] = []
 
-    def refused(_episode: Episode) -> Outcome:
+    def refused(when: str) -> None:
         with (out / "episodes.jsonl").open("ab") as file, pytest.raises(BlockingIOError):
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        return play(_episode)
+        seen.append(when)
 
-    monkeypatch.setattr("clew.campaign.executors.pool.play", refused)
+    def playing(episode: Episode) -> Outcome:
+        refused("played")
+        return play(episode)
+
+    def writing(path: Path, text: bytes) -> None:
+        refused(path.name)
+        write_whole(path, text)
+
+    monkeypatch.setattr("clew.campaign.executors.pool.play", playing)
+    monkeypatch.setattr("clew.campaign.campaign.write_whole", writing)
     assert clew("campaign", played, "--jobs", "1", "--judge-every", "0", "--out", out).exit_code == 0
+    assert seen == ["played", "campaign.json"]
 
 
 @pytest.mark.parametrize(

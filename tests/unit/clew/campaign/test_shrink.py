@@ -155,9 +155,10 @@ def test_a_run_with_several_fleets_is_refused_as_such(tmp_path: Path) -> None:
 
 def test_a_run_without_a_verdict_is_refused_in_a_plain_sentence(failed: Path) -> None:
     (failed / VERDICT_FILE).unlink()
-    said = clew("shrink", failed)
-    assert said.exit_code == 2
-    assert "has no readable verdict that says how it failed" in said.stderr
+    for place in (failed, failed / EVENTS_FILE):
+        said = clew("shrink", place)
+        assert said.exit_code == 2
+        assert f"{failed}: has no readable verdict that says how it failed" in said.stderr
     assert "Errno" not in said.stderr
 
 

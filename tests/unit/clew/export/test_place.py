@@ -172,8 +172,13 @@ def test_an_export_that_does_not_fit_is_one_line_and_leaves_nothing(
     assert list(out.parent.iterdir()) == []
 
 
-def test_a_folder_without_a_run_is_refused(tmp_path: Path) -> None:
-    said = clew("log", "export", tmp_path, "--to", "csv")
+@pytest.mark.parametrize("to", ["csv", "mcap", "parquet"])
+def test_a_folder_without_a_run_is_refused_also_without_the_library_of_the_export(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, to: str
+) -> None:
+    for library in ("foxglove", "pyarrow"):
+        monkeypatch.setitem(sys.modules, library, None)
+    said = clew("log", "export", tmp_path, "--to", to)
     assert said.exit_code == 2
     assert said.stderr.startswith(f"Error: no run in {tmp_path}: events.jsonl: ")
     assert list(tmp_path.iterdir()) == []

@@ -61,9 +61,10 @@ def test_a_run_without_motion_has_no_distances_and_the_rest_is_drawn(tmp_path: P
         ("campaign.json", '{"episodes": 3}', "no campaign that this program can read"),
     ],
 )
-def test_a_source_that_is_neither_run_nor_campaign_is_refused_in_one_line(
-    tmp_path: Path, name: str, content: str | None, why: str
+def test_a_source_that_is_neither_run_nor_campaign_is_refused_in_one_line_also_without_matplotlib(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, content: str | None, why: str
 ) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
     path = tmp_path / name
     if name.endswith("/"):
         path.mkdir()

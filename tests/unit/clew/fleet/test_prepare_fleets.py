@@ -109,6 +109,12 @@ def test_verbs_that_take_one_fleet_name_the_folders_of_all(tmp_path: Path) -> No
         assert f"has several fleets, each with a folder: {run / 'east'}, {run / 'west'}\n" in said.stderr
 
 
+def test_a_fault_for_a_folder_that_is_no_run_is_refused_as_that(tmp_path: Path) -> None:
+    (tmp_path / "campaign.json").touch()
+    said = clew("fault", tmp_path, "stop")
+    assert (said.exit_code, said.stderr) == (2, f"Error: {tmp_path}: is not the folder of a run\n")
+
+
 def test_a_folder_of_runs_is_not_taken_for_a_run_with_several_fleets(tmp_path: Path) -> None:
     (tmp_path / "20261122T180626Z-grove-6bea").mkdir()
     (tmp_path / "20261122T180626Z-grove-6bea" / "events.jsonl").touch()

@@ -124,3 +124,6 @@ def test_a_verdict_that_cannot_be_read_is_found_and_one_of_a_run_that_nobody_jud
     (tmp_path / "run" / VERDICT_FILE).write_text("{}")
     (flaw,) = check(Log(tmp_path / "run")).flaws
     assert flaw.startswith(f"{VERDICT_FILE} cannot be read: ")
+    (tmp_path / "run" / VERDICT_FILE).unlink()
+    (tmp_path / "run" / VERDICT_FILE).mkdir()
+    assert check(Log(tmp_path / "run")).flaws == (f"{VERDICT_FILE} cannot be read: Is a directory",)

@@ -163,8 +163,9 @@ def test_a_torn_journal_is_reported_and_the_rest_is_compared(run: Path, tmp_path
 
 
 def test_one_robot_can_be_replayed_alone(run: Path) -> None:
-    told = json.loads(clew("replay", run, "--robot", "5", "--json").stdout)
-    assert [each["robot"] for each in told["robots"]] == [5]
+    for place in (run, run / "events.jsonl"):
+        told = json.loads(clew("replay", place, "--robot", "5", "--json").stdout)
+        assert [each["robot"] for each in told["robots"]] == [5]
 
 
 @pytest.mark.parametrize("arguments", [(), ("--robot", "9")])

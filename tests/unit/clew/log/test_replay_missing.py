@@ -145,4 +145,4 @@ def test_without_a_log_it_is_unknown_whether_a_journal_is_missing(run: Path) -> 
     (run / EVENTS_FILE).unlink()
     said = clew("replay", run)
     assert said.exit_code == 0
-    assert "it is unknown whether a journal is missing" in said.stdout
+    assert "without a readable events.jsonl it is unknown whether a journal is missing" in said.stdout

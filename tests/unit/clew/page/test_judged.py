@@ -61,6 +61,12 @@ def test_an_invalid_verdict_is_reported_and_not_shown(run: Path, field: str, val
     assert f"$.{field}" in flaw
 
 
+def test_a_verdict_that_is_no_file_is_reported_without_its_path(run: Path) -> None:
+    (run / VERDICT_FILE).unlink()
+    (run / VERDICT_FILE).mkdir()
+    assert f"{VERDICT_FILE} cannot be read: Is a directory" in told(run)[-1]["flaws"]
+
+
 def test_the_verdict_of_a_complete_log_agrees_with_it(run: Path) -> None:
     assert flaws_of(run) == []
 

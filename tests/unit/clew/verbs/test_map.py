@@ -109,6 +109,9 @@ def test_a_missing_library_is_named_with_its_extra(
     made = clew("map", str(written(tmp_path, ROOM)), *ASKED)
     assert made.exit_code == 2
     assert f"maps need {module}, the extra `maps`: " in made.stderr
+    mistyped = clew("map", str(tmp_path / "none.yaml"), *ASKED)
+    assert (mistyped.exit_code, mistyped.stderr.count("\n")) == (2, 1)
+    assert "none.yaml' does not exist" in mistyped.stderr
 
 
 def test_more_obstacles_than_a_scenario_may_have_are_refused_before_they_are_made(

@@ -74,3 +74,10 @@ def test_a_rehearsal_that_cannot_begin_leaves_nothing_and_the_link_to_the_newest
 
 def _full(path: Path, _: bytes) -> None:
     raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+
+def test_the_folder_of_a_run_in_place_of_its_scenario_is_named_as_that(tmp_path: Path) -> None:
+    (tmp_path / "scenario.toml").touch()
+    refusal = f"Error: {tmp_path}: is the folder of a run; its scenario is {tmp_path}/scenario.toml\n"
+    said = clew("rehearse", tmp_path)
+    assert (said.exit_code, said.stderr) == (2, refusal)

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections import Counter
 from collections.abc import Sequence
 
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol.errors import MessageRefusedError
+from protocol.faults.chance import Chance, Draws
 from protocol.faults.damage import Damage
 from protocol.faults.message_faults import NO_EFFECT, Copy, Effect, Injection, MessageFaults, sender_of
 from protocol.faults.plan import NO_FAULTS, Plan, uniform
@@ -135,6 +137,19 @@ def test_bursts_have_the_length_and_number_of_the_gilbert_elliott_model(enter: f
     effective = len(hits) * (enter + leave) / (2 - enter - leave)
     expected = enter / (enter + leave)
     assert abs(share - expected) <= SIGMAS * math.sqrt(expected * (1 - expected) / effective)
+
+
+def test_the_draws_of_long_bursts_are_looked_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    looked = Counter[int | str]()
+
+    def counted(chance: Chance, number: int | str) -> Draws:
+        looked[number] += 1
+        return of_chance(chance, number)
+
+    of_chance = Chance.draws
+    monkeypatch.setattr(Chance, "draws", counted)
+    struck(message_faults(Drop(burst=Burst(enter=0.001, leave=0.001, loss=1.0))))
+    assert max(looked.values()) <= 2, "once for its burst, and once for the message itself"
 
 
 def test_within_a_burst_the_loss_rate_matches_the_rule() -> None:
