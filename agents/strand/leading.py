@@ -214,6 +214,8 @@ class Leading:
 
     def _carry_out(self, planned: Plan, now_s: float) -> list[Command]:
         self._reason, self._waits = None, isinstance(planned, Wait)
+        if isinstance(planned, NoStep | DeadEnd):
+            self._memory.note_no_way(self._position(), now_s)
         match planned:
             case StepPlanned():
                 return self._begin(planned)
@@ -248,17 +250,23 @@ class Leading:
     def _is_lost(self, now_s: float) -> bool:
         """Whether a way that is not there will not be: what moves into the way may move on."""
         self._stuck_at_s = min(self._stuck_at_s, now_s)
-        return now_s - self._stuck_at_s >= (PATIENCE_S if self._mission.obstacles_move else 0.0)
+        since_s = self._memory.stuck_since_s if self._may_hand_on else self._stuck_at_s
+        return now_s - since_s >= (PATIENCE_S if self._mission.obstacles_move else 0.0)
 
     def _give_up_lead(self, reason: str, now_s: float) -> list[Command]:
         """Rule 3."""
-        if not self._has_lost_some or self._strand.robot in self._strand.counters.last_to_lead:
+        if not self._may_hand_on:
             # In an outage or a stop all bodies stand, and nobody can come back.
             waited_s = min(self._driver.odometry.stood_s, now_s - self._stuck_at_s)
             may_come_back = self._some_are_left_out and waited_s < GONE_S
             return [] if may_come_back else self.lose(reason)
         self._reason = Reason(Cause.NO_WAY, reason)
         return []
+
+    @property
+    def _may_hand_on(self) -> bool:
+        """Whether another robot may lead."""
+        return self._has_lost_some and self._strand.robot not in self._strand.counters.last_to_lead
 
     def lose(self, reason: str) -> list[Command]:
         """Record once that the route is lost."""
