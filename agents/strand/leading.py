@@ -6,7 +6,8 @@ Rule 2: where the only way leads back, it wants the strand to turn round. A tail
         step may end in a gap a little too narrow.
 Rule 3: where it knows no way on, and the strand has lost robots, it wants another robot to lead. The route is
         lost if it is one of the last to lead and, where robots are left out, no body has moved for `GONE_S`
-        while it waits. A leader waits first where obstacles may move away.
+        while it waits. Where obstacles may move away, a leader waits first: before another leads, from when
+        it first knew no way, whatever short steps and views have come since; else from its last step.
 Rule 4: after each step that it gives up, but the first ones in an epoch, it waits before it plans again, for
         a time that its life draws. Else two leaders that see the same give way to each other for ever.
 Rule 5 (safety): if it began too near to something, the robots behind do not come there. It wants a view when
@@ -250,7 +251,7 @@ class Leading:
     def _is_lost(self, now_s: float) -> bool:
         """Whether a way that is not there will not be: what moves into the way may move on."""
         self._stuck_at_s = min(self._stuck_at_s, now_s)
-        since_s = self._memory.stuck_since_s if self._may_hand_on else self._stuck_at_s
+        since_s = self._memory.no_way_since_s if self._may_hand_on else self._stuck_at_s
         return now_s - since_s >= (PATIENCE_S if self._mission.obstacles_move else 0.0)
 
     def _give_up_lead(self, reason: str, now_s: float) -> list[Command]:

@@ -1,5 +1,4 @@
-"""What a robot keeps from one strand to the next, independent of its place: maps, the count of steps, and where
-it has known no way on."""
+"""What a robot keeps from strand to strand, whatever its place: maps, steps, and where it knew no way on."""
 
 import math
 from collections.abc import Sequence
@@ -23,10 +22,10 @@ class Memory:
         self._leader: Leader | None = None
         self._handed = b""  # another robot's hits, unpacked only when needed
         self._handover = Handover(number=0, steps=0, seen=b"")
-        self._stuck_at: Floats | None = None
+        self._no_way_at: Floats | None = None
         """Where it first knew no way on; none: another robot has led since."""
-        self.stuck_since_s = math.inf
-        """When that was, in this or a former strand that it led."""
+        self.no_way_since_s = math.inf
+        """When that was, in this strand or a former one."""
 
     @property
     def number(self) -> int:
@@ -62,20 +61,20 @@ class Memory:
         else:
             self._handover = replace(self._handover, steps=steps)
         if formation.rank > 0:
-            self._stuck_at = None
+            self._no_way_at = None
         if self._leader is not None:
             self._leader.map.reopen()
             if formation.rank > 0:
                 self._leader.release()
 
     def note_no_way(self, here: Floats, now_s: float) -> None:
-        """As leader it knows no way on from here; it may have known none for long, and taken steps there.
+        """As leader it knows no way on; short steps round here are no way.
 
-        A body behind that plugs the way is at most a link away. So it has got away when it is further off.
+        A body behind that plugs the way is at most a link away, so further off it has got away.
         """
-        at = self._stuck_at
+        at = self._no_way_at
         if at is None or math.dist(at, here) > self._mission.link_length_m_max:
-            self._stuck_at, self.stuck_since_s = here, now_s
+            self._no_way_at, self.no_way_since_s = here, now_s
 
     def succeed(self, handover: Handover) -> None:
         """Take in a hand-over from the robot ahead, if it is newer."""

@@ -60,8 +60,8 @@ class Tally:
     stranded_s: float = 0.0
     """When a robot was last said to be stranded, or a formation was made."""
     stranded_before_s: float = -math.inf
-    """When the formation before the newest was made, if both found no way for the same robots, with an arrival
-    before the newest."""
+    """When the formation before the newest was made, if both found no way for the same robots, and one had
+    arrived by the newest."""
     route_lost: tuple[float, RouteLost] | None = None
     goal_reached: bool = False
     over_s: float = math.inf

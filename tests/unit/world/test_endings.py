@@ -303,7 +303,9 @@ def test_while_obstacles_move_robots_that_are_stranded_again_are_waited_for_sinc
     assert ends_within(stage, 2.0) is Ending.STRANDED
 
 
-def test_robots_that_were_stranded_as_obstacles_came_to_rest_are_waited_for_until_they_have_tried_again() -> None:
+def test_robots_that_were_stranded_as_obstacles_came_to_rest_are_waited_for_until_they_have_tried_again() -> (
+    None
+):
     track = [[0.0, -3.0, 2.0], [100.0, -3.0, 2.2]]
     door = {"id": "door", "shape": "circle", "radius_m": 0.3, "track": track}
     stage = Stage(scenario(door, time={"time_s_max": 500.0}))

@@ -81,6 +81,7 @@ def test_after_as_many_attempts_a_leader_whose_way_is_clear_goes_on() -> None:
     assert not stage.records(RouteLost), "its way is clear"
 
 
+@pytest.mark.parametrize("first", [NO_WAY, DeadEnd(0.4)])
 @pytest.mark.parametrize(
     ("counters", "wants"),
     [
@@ -90,18 +91,21 @@ def test_after_as_many_attempts_a_leader_whose_way_is_clear_goes_on() -> None:
     ],
 )
 def test_where_obstacles_move_a_view_in_between_gives_no_new_patience_to_a_leader_that_may_hand_on(
-    counters: Counters, monkeypatch: pytest.MonkeyPatch, *, wants: bool
+    first: NoStep | DeadEnd, counters: Counters, monkeypatch: pytest.MonkeyPatch, *, wants: bool
 ) -> None:
     """A robot that asks to be let in makes such a view, and each may take half as long as the patience."""
-    monkeypatch.setattr(Leader, "plan", lambda *_, **__: NO_WAY)
+
+    def wants_another_to_lead() -> bool:
+        return stage.leader.reason is not None and stage.leader.reason.cause is Cause.NO_WAY
+
     stage = MemberStage(replace(MISSION, obstacle_speed_mps_max=0.1), row(3), ORDER, counters=counters)
-    for waited_s in (0.6 * PATIENCE_S, 0.3 * PATIENCE_S):
+    for waited_s, step in ((0.6 * PATIENCE_S, first), (0.3 * PATIENCE_S, NO_WAY)):
+        monkeypatch.setattr(Leader, "plan", lambda *_, step=step, **__: step)
         stage.run(waited_s)
-        assert stage.leader.reason is None
+        assert not wants_another_to_lead()
         stage.reform(counters=counters)
     stage.run(0.2 * PATIENCE_S)
-    reason = stage.leader.reason
-    assert (reason is not None and reason.cause is Cause.NO_WAY) is wants
+    assert wants_another_to_lead() is wants
     assert not stage.records(RouteLost)
 
 
@@ -111,9 +115,9 @@ def test_a_leader_remembers_where_it_first_knew_no_way_until_it_is_a_link_away_o
     since_s = []
     for now_s, x_m in enumerate((0.0, 0.9 * link_m, 0.0, 1.1 * link_m, 0.5 * link_m)):
         memory.note_no_way(np.array([x_m, 0.0]), float(now_s))
-        since_s.append(memory.stuck_since_s)
+        since_s.append(memory.no_way_since_s)
     assert since_s == [0.0, 0.0, 0.0, 3.0, 3.0]
     for rank, since in ((0, 3.0), (1, 9.0)):
         memory.take(replace(stage.leader.formation, rank=rank))
         memory.note_no_way(np.array([link_m, 0.0]), 9.0)
-        assert memory.stuck_since_s == since
+        assert memory.no_way_since_s == since
