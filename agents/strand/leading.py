@@ -216,7 +216,7 @@ class Leading:
     def _carry_out(self, planned: Plan, now_s: float) -> list[Command]:
         self._reason, self._waits = None, isinstance(planned, Wait)
         if isinstance(planned, NoStep | DeadEnd):
-            self._memory.note_no_way(self._position(), now_s)
+            self._memory.note_no_way(self._position(), now_s, anew=not self._may_hand_on)
         match planned:
             case StepPlanned():
                 return self._begin(planned)

@@ -67,13 +67,14 @@ class Memory:
             if formation.rank > 0:
                 self._leader.release()
 
-    def note_no_way(self, here: Floats, now_s: float) -> None:
+    def note_no_way(self, here: Floats, now_s: float, *, anew: bool = False) -> None:
         """As leader it knows no way on; short steps round here are no way.
 
-        A body behind that plugs the way is at most a link away, so further off it has got away.
+        A body behind that plugs the way is at most a link away, so further off it has got away. `anew`: it
+        has handed on the lead and has it again, so nothing of before counts.
         """
         at = self._no_way_at
-        if at is None or math.dist(at, here) > self._mission.link_length_m_max:
+        if anew or at is None or math.dist(at, here) > self._mission.link_length_m_max:
             self._no_way_at, self.no_way_since_s = here, now_s
 
     def succeed(self, handover: Handover) -> None:

@@ -106,6 +106,10 @@ def test_where_obstacles_move_a_view_in_between_gives_no_new_patience_to_a_leade
         stage.reform(counters=counters)
     stage.run(0.2 * PATIENCE_S)
     assert wants_another_to_lead() is wants
+    for told in (stage.leader.counters, counters):  # it leads again, and gets on a little, but not away
+        stage.reform(counters=told)
+        stage.run(0.3 * PATIENCE_S)
+        assert not wants_another_to_lead()
     assert not stage.records(RouteLost)
 
 
