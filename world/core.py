@@ -61,7 +61,7 @@ from world.scenario.scenario import Scenario
 LAST_WORDS_WALL_S = 2.0
 HEAL_S_MAX = 60.0
 STRANDED_S = 10.0  # by then a leader that has arrived has let those in that ask: they do so every second
-MOVED_ON_S = 30.0  # the same where obstacles move: by then a leader gives its route up, too
+MOVED_ON_S = 30.0  # the same while obstacles move, or have moved: by then a leader gives its route up, too
 SEEN_LIVE = {"S1", "S2"}  # recorded at the moment of the violation
 ROUTER_PATIENCE_WALL_S = 10.0
 ROBOTS_PATIENCE_WALL_S = 10.0  # a cut between world and robots looks like the death of all robots
@@ -343,8 +343,9 @@ class World:
         if living and tally.arrived >= living:
             return Ending.ARRIVED
         if tally.arrived & living and tally.arrived | tally.stranded.keys() >= living:
-            again = tally.stranded_again and self.arena.moved_s <= tally.stranded_s
-            wait_s = MOVED_ON_S if self.scenario.obstacles_move else 0.0 if again else STRANDED_S
+            still_s = self.scenario.still_s
+            again = tally.stranded_before_s > still_s and self.arena.moved_s <= tally.stranded_s
+            wait_s = MOVED_ON_S if self.now_s - still_s < MOVED_ON_S else 0.0 if again else STRANDED_S
             if self.now_s - tally.changed_s >= wait_s:
                 return Ending.STRANDED
         if tally.route_lost is not None:

@@ -6,7 +6,8 @@ Rule 2: where the only way leads back, it wants the strand to turn round. A tail
         step may end in a gap a little too narrow.
 Rule 3: where it knows no way on, and the strand has lost robots, it wants another robot to lead. The route is
         lost if it is one of the last to lead and, where robots are left out, no body has moved for `GONE_S`
-        while it waits. A leader waits first where obstacles may move away.
+        while it waits. Where obstacles may move away, a leader waits first: before another leads, from when
+        it first knew no way, whatever short steps and views have come since; else from its last step.
 Rule 4: after each step that it gives up, but the first ones in an epoch, it waits before it plans again, for
         a time that its life draws. Else two leaders that see the same give way to each other for ever.
 Rule 5 (safety): if it began too near to something, the robots behind do not come there. It wants a view when
@@ -214,6 +215,8 @@ class Leading:
 
     def _carry_out(self, planned: Plan, now_s: float) -> list[Command]:
         self._reason, self._waits = None, isinstance(planned, Wait)
+        if isinstance(planned, NoStep | DeadEnd):
+            self._memory.note_no_way(self._position(), now_s, anew=not self._may_hand_on)
         match planned:
             case StepPlanned():
                 return self._begin(planned)
@@ -250,17 +253,23 @@ class Leading:
     def _is_lost(self, now_s: float) -> bool:
         """Whether a way that is not there will not be: what moves into the way may move on."""
         self._stuck_at_s = min(self._stuck_at_s, now_s)
-        return now_s - self._stuck_at_s >= (PATIENCE_S if self._mission.obstacles_move else 0.0)
+        since_s = self._memory.no_way_since_s if self._may_hand_on else self._stuck_at_s
+        return now_s - since_s >= (PATIENCE_S if self._mission.obstacles_move else 0.0)
 
     def _give_up_lead(self, reason: str, now_s: float) -> list[Command]:
         """Rule 3."""
-        if not self._has_lost_some or self._strand.robot in self._strand.counters.last_to_lead:
+        if not self._may_hand_on:
             # In an outage or a stop all bodies stand, and nobody can come back.
             waited_s = min(self._driver.odometry.stood_s, now_s - self._stuck_at_s)
             may_come_back = self._some_are_left_out and waited_s < GONE_S
             return [] if may_come_back else self.lose(reason)
         self._reason = Reason(Cause.NO_WAY, reason)
         return []
+
+    @property
+    def _may_hand_on(self) -> bool:
+        """Whether another robot may lead."""
+        return self._has_lost_some and self._strand.robot not in self._strand.counters.last_to_lead
 
     def lose(self, reason: str) -> list[Command]:
         """Record once that the route is lost."""

@@ -1,10 +1,12 @@
-"""What a robot keeps from one strand to the next, independent of its place: maps, and the count of steps."""
+"""What a robot keeps from strand to strand, whatever its place: maps, steps, and where it knew no way on."""
 
+import math
 from collections.abc import Sequence
 
 from msgspec.structs import replace
 
 from agents.strand.leader import Leader
+from protocol.arrays import Floats
 from protocol.frames import Pose, one_more
 from protocol.mission import Mission
 from protocol.sweep import Place
@@ -20,6 +22,10 @@ class Memory:
         self._leader: Leader | None = None
         self._handed = b""  # another robot's hits, unpacked only when needed
         self._handover = Handover(number=0, steps=0, seen=b"")
+        self._no_way_at: Floats | None = None
+        """Where it first knew no way on; none: another robot has led since."""
+        self.no_way_since_s = math.inf
+        """When that was, in this strand or a former one."""
 
     @property
     def number(self) -> int:
@@ -54,10 +60,22 @@ class Memory:
             self._handover = Handover(number=formation.map_number, steps=steps, seen=formation.seen)
         else:
             self._handover = replace(self._handover, steps=steps)
+        if formation.rank > 0:
+            self._no_way_at = None
         if self._leader is not None:
             self._leader.map.reopen()
             if formation.rank > 0:
                 self._leader.release()
+
+    def note_no_way(self, here: Floats, now_s: float, *, anew: bool = False) -> None:
+        """As leader it knows no way on; short steps round here are no way.
+
+        A body behind that plugs the way is at most a link away, so further off it has got away. `anew`: it
+        has handed on the lead and has it again, so nothing of before counts.
+        """
+        at = self._no_way_at
+        if anew or at is None or math.dist(at, here) > self._mission.link_length_m_max:
+            self._no_way_at, self.no_way_since_s = here, now_s
 
     def succeed(self, handover: Handover) -> None:
         """Take in a hand-over from the robot ahead, if it is newer."""

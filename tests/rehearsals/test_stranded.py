@@ -7,7 +7,7 @@ import pytest
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import NO_FAULTS, Plan, uniform
-from protocol.faults.rules import Partition
+from protocol.faults.rules import Kill, Partition
 from protocol.timeline import RobotStranded, RunEnded
 from tests.support.faults import kill
 from tests.support.scenes.corridor import PASSAGE_M, passage
@@ -15,6 +15,7 @@ from tests.support.scenes.dead_ends import corridors, scene, walls_round
 from world.closing import Circumstances, verdict_of
 from world.judge.ending import Ending
 from world.judge.judgement import judge
+from world.scenario.scenario import load
 
 # After the death: 65 s of six robots with three in front, 76 s with loss; 292 s of eight before.
 ENDS_WITHIN_S = 130.0
@@ -65,6 +66,22 @@ def test_the_timeline_names_who_is_stranded_and_whose_body_is_in_the_way() -> No
     assert verdict.exit_code == ExitCode.FAILED
     ended = next(entry.record for _, entry in rehearsal.entries if isinstance(entry.record, RunEnded))
     assert ended.reason == f"{Ending.STRANDED}: r3, r4, r5"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("died_s", [8.0, 12.0, 16.0])
+def test_one_that_is_locked_in_before_a_shut_door_lets_another_lead_through_the_other_opening(
+    died_s: float,
+) -> None:
+    """It finds a short step every few seconds, and each time another joins in vain the view is new."""
+    rehearsal = Rehearsal(
+        load("door"), 1, Plan(name="killed", rules=(Kill(target="r2", from_s=died_s),))
+    ).run()
+    world = rehearsal.world
+    assert judge(world.scenario, rehearsal.entries).breaches == ()
+    assert (world.ending, world.tally.arrived) == (Ending.STRANDED, {3})
+    assert [(each.robot, each.by) for each in stranded(rehearsal)[-1:]] == [(1, 2)]
+    assert world.over_s < world.scenario.time.time_s_max
 
 
 def test_behind_a_dead_leader_nobody_can_go_on_and_the_route_is_lost_soon() -> None:

@@ -27,8 +27,8 @@ class Attempt:
     _step: tuple[str, StepPlanned] | None = None
     _ended_s: float | None = None
     """When the newest step ended; None while it is driven."""
-    _back_s: float | None = None
-    """When the strand turned round, if no step has been planned since."""
+    _instead: str | None = None
+    """What the strand has done instead of a step, and since when, if no step has been planned since."""
     _view_s: float | None = None
     """Since when a view has been forming; None while all may drive."""
     _causes: dict[int, Cause] = field(default_factory=dict)
@@ -39,19 +39,21 @@ class Attempt:
         match entry.record:
             case ViewProposed(epoch=epoch, cause=cause):
                 self._causes[epoch] = cause
+                if cause is Cause.NO_WAY:
+                    self._instead = f"a leader had known no way on by t={entry.t_s:.1f} s"
             case FenceChanged(may=May.ALL):
                 self._view_s, self._causes = None, {}
             case FenceChanged(epoch=epoch):
                 self._view_s, self._epoch = entry.t_s if self._view_s is None else self._view_s, epoch
             case StrandReversed():
                 self.turns += 1
-                self._back_s = entry.t_s
+                self._instead = f"the strand was backing out of a dead end since t={entry.t_s:.1f} s"
             case StrandFormed():
                 self.goal_reached = False
             case GoalReached():
                 self.goal_reached = True
             case StepPlanned(joins=False) as step:
-                self._step, self._ended_s, self._back_s = (source, step), None, None
+                self._step, self._ended_s, self._instead = (source, step), None, None
             case StepFinished() | StepAbandoned():
                 self._ended_s = entry.t_s
             case _:
@@ -72,8 +74,8 @@ class Attempt:
             return f"the robots had been forming a strand since t={self._view_s:.1f} s{why}"
         if self.goal_reached:
             return "the leader had reached the goal, and others were on the way to their places"
-        if self._back_s is not None:
-            return f"the strand was backing out of a dead end since t={self._back_s:.1f} s"
+        if self._instead is not None:
+            return self._instead
         if self._step is None:
             return "no step had been planned"
         source, step = self._step

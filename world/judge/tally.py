@@ -59,8 +59,9 @@ class Tally:
     """The robots that the newest formation has no way for, with the newest entry about each."""
     stranded_s: float = 0.0
     """When a robot was last said to be stranded, or a formation was made."""
-    stranded_again: bool = False
-    """Whether, after an arrival, a formation has found no way for the same robots as the one before."""
+    stranded_before_s: float = -math.inf
+    """When the formation before the newest was made, if both found no way for the same robots, and one had
+    arrived by the newest."""
     route_lost: tuple[float, RouteLost] | None = None
     goal_reached: bool = False
     over_s: float = math.inf
@@ -90,6 +91,7 @@ class Tally:
     """The robots of the newest formation."""
     _formed: int = 0
     """Its epoch."""
+    _formed_s: float = -math.inf
     _left_out: frozenset[int] = frozenset()
     """The robots that the newest formation has no way for, if nothing has happened since."""
     removed: defaultdict[Book, Counter[str]] = field(default_factory=lambda: defaultdict(Counter))
@@ -239,7 +241,9 @@ class Tally:
                 robot: each for robot, each in self.stranded.items() if each.epoch >= formed.epoch
             }
             before, self._left_out = self._left_out, frozenset(self.stranded)
-            self.stranded_again = self.arrived_s > 0.0 and bool(before) and before == self._left_out
+            again = self.arrived_s > 0.0 and bool(before) and before == self._left_out
+            self.stranded_before_s = self._formed_s if again else -math.inf
+            self._formed_s = t_s
 
     def stranded_among(self, living: Set[int]) -> list[int]:
         """Those of the living robots that are stranded and have not arrived."""
@@ -252,4 +256,4 @@ class Tally:
 
     def _disturb(self, t_s: float) -> None:
         self.disturbed_s = max(self.disturbed_s or 0.0, t_s)
-        self.stranded_again, self._left_out = False, frozenset()
+        self.stranded_before_s, self._left_out = -math.inf, frozenset()

@@ -237,7 +237,8 @@ def _flaws(facts: Facts, recovery: Recovery) -> Iterator[Flaw]:
 
 def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:
     """The flaws in the end of the run itself; a lost route is among the dated ones."""
-    tried, down = facts.tally.attempt.sentence, facts.tally.world_down
+    down, stranded = facts.tally.world_down, _stranded_sentence(facts)
+    tried = facts.tally.attempt.sentence + (f"; no way for {stranded}" if stranded else "")
     if down is not None and facts.ending not in (Ending.ARRIVED, *ENDED_BY_SIGNAL):
         yield Flaw(_down_sentence(down))
     match facts.ending:
@@ -255,7 +256,7 @@ def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:
             arrived, living = len(facts.arrived), len(facts.living)
             yield Flaw(f"the time was up with {arrived} of {living} living robots arrived: {tried}")
         case Ending.STRANDED:
-            yield Flaw(f"no way for {_stranded_sentence(facts)}")
+            yield Flaw(f"no way for {stranded}")
         case Ending.STUCK:
             yield Flaw(f"by t={facts.sim_s:.1f} s nothing had moved for long: {tried}")
         case Ending.EXTINCT | Ending.LOST_PROCESS:

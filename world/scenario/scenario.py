@@ -4,6 +4,7 @@ Rule 1: every scenario object is valid; its construction refuses invalid relatio
 Rule 2: the timeline's header contains the whole scenario; read from there it is equal.
 """
 
+import math
 from functools import cached_property
 from hashlib import blake2b
 from pathlib import Path
@@ -189,8 +190,13 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
 
     @cached_property
     def obstacles_move(self) -> bool:
-        """Whether robots take scans while they drive, and may find a way that they have not found before."""
+        """Whether robots take scans while they drive."""
         return self.mission().obstacles_move
+
+    @cached_property
+    def still_s(self) -> float:
+        """From this time on no obstacle moves, so no way opens that was not there before."""
+        return max((each.track[-1][0] for each in self.moving), default=-math.inf)
 
     def fingerprint(self) -> str:
         """A hash of the content: equal scenarios have equal hashes."""

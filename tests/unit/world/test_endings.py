@@ -283,19 +283,41 @@ def test_robots_that_are_stranded_again_after_an_arrival_are_waited_for_only_if_
     assert ends_within(stage, STRANDED_S) is Ending.STRANDED
 
 
-def test_where_obstacles_move_robots_that_are_stranded_again_are_waited_for_since_a_way_may_open() -> None:
-    track = [[0.0, -3.0, 2.0], [1.0, -3.0, 2.1]]
+@pytest.mark.parametrize("moves", [True, False])
+def test_while_obstacles_move_robots_that_are_stranded_again_are_waited_for_since_a_way_may_open(
+    *, moves: bool
+) -> None:
+    """One of which all have come to rest, a while ago, opens no way."""
+    track = [[0.0, -3.0, 2.0], [1.0, -3.0, 2.1], *[[400.0, -3.0, 2.2]] * moves]
     door = {"id": "door", "shape": "circle", "radius_m": 0.3, "track": track}
     stage = Stage(scenario(door, time={"time_s_max": 500.0}))
     stage.begin()
     stage.tick(SECOND)
-    for _ in range(2):
+    for again in (False, True):
         epoch = stage.fence.epoch.next(1, life_of(1)).number
         stage.write(1, RobotStranded(epoch=epoch, robot=2, reason="a door is closed"))
         stage.form()
         stage.write(1, RobotArrived(progress_m=1.0))
-        assert ends_within(stage, MOVED_ON_S - 1.0) is None
+        ending = ends_within(stage, MOVED_ON_S - 1.0)
+        assert ending is (Ending.STRANDED if again and not moves else None)
     assert ends_within(stage, 2.0) is Ending.STRANDED
+
+
+def test_robots_that_were_stranded_as_obstacles_came_to_rest_are_waited_for_until_they_have_tried_again() -> (
+    None
+):
+    track = [[0.0, -3.0, 2.0], [100.0, -3.0, 2.2]]
+    door = {"id": "door", "shape": "circle", "radius_m": 0.3, "track": track}
+    stage = Stage(scenario(door, time={"time_s_max": 500.0}))
+    stage.begin()
+    for formed_s, ends in ((90.0, False), (98.0, False), (131.0, False), (133.0, True)):
+        while stage.world.now_s < formed_s:
+            stage.tick()
+        epoch = stage.fence.epoch.next(1, life_of(1)).number
+        stage.write(1, RobotStranded(epoch=epoch, robot=2, reason="a door is closed"))
+        stage.form()
+        stage.write(1, RobotArrived(progress_m=1.0))
+        assert (ends_within(stage, 1.0) is Ending.STRANDED) is ends
 
 
 def test_robots_that_join_another_view_have_not_arrived() -> None:

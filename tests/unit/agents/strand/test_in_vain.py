@@ -1,11 +1,14 @@
 """Attempts of a strand in vain, and when they are too many."""
 
+import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from agents.liveness.reason import Turnabout
 from agents.navigation.step import NoStep
 from agents.strand.blocked import BLOCKED_S
 from agents.strand.leader import NO_WAY, DeadEnd, Leader, Wait
+from agents.strand.leading import PATIENCE_S
 from agents.strand.member import IN_VAIN_MAX, TOO_OFTEN
 from protocol.fence import Cause
 from protocol.frames import Point
@@ -76,3 +79,49 @@ def test_after_as_many_attempts_a_leader_whose_way_is_clear_goes_on() -> None:
     stage.reform(counters=Counters(in_vain=IN_VAIN_MAX))
     stage.run(1.0)
     assert not stage.records(RouteLost), "its way is clear"
+
+
+@pytest.mark.parametrize("first", [NO_WAY, DeadEnd(0.4)])
+@pytest.mark.parametrize(
+    ("counters", "wants"),
+    [
+        pytest.param(Counters(heals=1), True, id="another may lead"),
+        pytest.param(Counters(heals=1, last_to_lead=(1,)), False, id="it is among the last to lead"),
+        pytest.param(Counters(), False, id="nobody was lost"),
+    ],
+)
+def test_where_obstacles_move_a_view_in_between_gives_no_new_patience_to_a_leader_that_may_hand_on(
+    first: NoStep | DeadEnd, counters: Counters, monkeypatch: pytest.MonkeyPatch, *, wants: bool
+) -> None:
+    """A robot that asks to be let in makes such a view, and each may take half as long as the patience."""
+
+    def wants_another_to_lead() -> bool:
+        return stage.leader.reason is not None and stage.leader.reason.cause is Cause.NO_WAY
+
+    stage = MemberStage(replace(MISSION, obstacle_speed_mps_max=0.1), row(3), ORDER, counters=counters)
+    for waited_s, step in ((0.6 * PATIENCE_S, first), (0.3 * PATIENCE_S, NO_WAY)):
+        monkeypatch.setattr(Leader, "plan", lambda *_, step=step, **__: step)
+        stage.run(waited_s)
+        assert not wants_another_to_lead()
+        stage.reform(counters=counters)
+    stage.run(0.2 * PATIENCE_S)
+    assert wants_another_to_lead() is wants
+    for told in (stage.leader.counters, counters):  # it leads again, and gets on a little, but not away
+        stage.reform(counters=told)
+        stage.run(0.3 * PATIENCE_S)
+        assert not wants_another_to_lead()
+    assert not stage.records(RouteLost)
+
+
+def test_a_leader_remembers_where_it_first_knew_no_way_until_it_is_a_link_away_or_another_has_led() -> None:
+    stage = MemberStage(MISSION, row(3), ORDER)
+    memory, link_m = stage.parts[1].memory, MISSION.link_length_m_max
+    since_s = []
+    for now_s, x_m in enumerate((0.0, 0.9 * link_m, 0.0, 1.1 * link_m, 0.5 * link_m)):
+        memory.note_no_way(np.array([x_m, 0.0]), float(now_s))
+        since_s.append(memory.no_way_since_s)
+    assert since_s == [0.0, 0.0, 0.0, 3.0, 3.0]
+    for rank, since in ((0, 3.0), (1, 9.0)):
+        memory.take(replace(stage.leader.formation, rank=rank))
+        memory.note_no_way(np.array([link_m, 0.0]), 9.0)
+        assert memory.no_way_since_s == since

@@ -163,6 +163,11 @@ PROMISES = {
         "the time was up with 1 of 2 living robots arrived: "
         "the leader had reached the goal, and others were on the way to their places",
     ),
+    "nobody is stranded when the time is up": (
+        verdict([*ALL_WELL[:2], STRANDED], ending=Ending.TIMED_OUT),
+        "the time was up with 1 of 2 living robots arrived: the leader had reached the goal, and others were "
+        "on the way to their places; no way for robot 2: its way is blocked (behind the body of robot 3)",
+    ),
     "all come": (verdict([], ending=Ending.MISSING), "robots never came: r2"),
     "the world does not stay killed": (
         verdict([WORLD_KILLED], ending=Ending.MISSING),
