@@ -65,7 +65,7 @@ class Coordinator:
         self._reported = Reported(suspicion, mission.robots, now_s)
         self._reports: Mapping[int, Report] = self._reported.counted
         self._draft = Draft(mission, intent.cause)
-        self._turns = Turns(epoch, timing, now_s)
+        self._turns = Turns(Fence(epoch=epoch), timing, now_s)
         self._telling = Telling(epoch, timing, self._reported, self._questions, self._turns, self._draft)
         self._join: Join | None = None
         self._no_room: set[int] = set()
@@ -157,7 +157,7 @@ class Coordinator:
         if self.phase is Phase.GATHERING and fence.may is May.ONE:
             return self._take_back(fence, now_s)  # nobody drives while a draft begins
         if self.phase is Phase.GATHERING and not self._awaited(now_s):
-            is_first = self._turns.newest is None  # no place is older than a turn
+            is_first = self._turns.newest.turn == 0  # no place is older than a turn
             plan = self._agreement.turned(self._reports, turn=fence.turn + 1) if is_first else None
             if plan is not None:
                 self._enter(Phase.CLOSING, now_s)
@@ -175,7 +175,7 @@ class Coordinator:
 
     def _look(self, obstacle_m: Mapping[int, float], now_s: float) -> None:
         """Ask robots to look at the legs of the next order; without a goal, first at what is near them."""
-        draft, reports, turn = self._draft, self._reports, self._turns.number
+        draft, reports, turn = self._draft, self._reports, self._turns.newest.turn
         draft.begin(reports, obstacle_m, self._agreement.counters(reports).last_to_lead)
         asked = self._questions.ask(draft.order, reports, now_s, turn=turn, keeps=draft.keeps)
         self._reported.ask(asked)

@@ -8,8 +8,9 @@ Rule 3: a robot that does not answer in time counts as one that does not see its
         does not begin that time anew: two such times are longer than the others wait for a turn.
 """
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -32,6 +33,8 @@ class _Asked:
     """Since when its answer has been awaited."""
     turn: int
     """The newest turn that had been put."""
+    look: Look | None = None
+    """The answer."""
 
 
 @dataclass(slots=True)
@@ -40,8 +43,6 @@ class Questions:
 
     mission: Mission
     timing: Timing
-    looks: dict[int, Look] = field(default_factory=dict)
-    """What robots see of their legs, or of the nearest obstacle; by robot."""
     _asked: dict[int, _Asked] = field(default_factory=dict)
     _count: int = 0
 
@@ -57,13 +58,14 @@ class Questions:
             turn: the newest turn that has been put.
             keeps: whether robots may tell legs of former strands.
         """
-        legs = zip(order[1:], order, strict=False)
-        ahead_of: dict[int, int | None] = {**dict(legs)} if order else {**dict.fromkeys(reports)}
+        ahead_of: dict[int, Report | None] = dict.fromkeys(reports)
+        if order:
+            ahead_of = {robot: reports[ahead] for ahead, robot in pairwise(order)}
         where, new = positions(places_of(reports), list(reports)), list[int]()
-        self._forget(self._asked.keys() - ahead_of.keys())
+        for robot in self._asked.keys() - ahead_of.keys():
+            del self._asked[robot]
         for robot, ahead in ahead_of.items():
-            theirs, at = None if ahead is None else reports[ahead], reports[robot].place
-            place = None if theirs is None else theirs.place
+            at, place = reports[robot].place, None if ahead is None else ahead.place
             asked = self._asked.get(robot)
             if (
                 asked is not None
@@ -75,11 +77,10 @@ class Questions:
             question = Question(
                 number=self._count,
                 place=place,
-                formers=theirs.formers if theirs is not None and keeps else (),
+                formers=ahead.formers if ahead is not None and keeps else (),
                 others=self._beside(at, where),
             )
-            since_s = now_s if asked is None or robot in self.looks else asked.since_s  # rule 3
-            self._forget({robot})
+            since_s = now_s if asked is None or asked.look is not None else asked.since_s  # rule 3
             self._asked[robot] = _Asked(question, at, since_s, turn)
             new.append(robot)
         return new
@@ -88,21 +89,25 @@ class Questions:
         """Take in an answer."""
         asked = self._asked.get(robot)
         if look is not None and asked is not None and look.number == asked.question.number:
-            self.looks[robot] = look if self._may_be_driven(look.way, asked) else Look(number=look.number)
+            asked.look = look if self._may_be_driven(look.way, asked) else Look(number=look.number)
 
     def pending(self, robot: int) -> Question | None:
         """What a robot has not answered yet."""
         asked = self._asked.get(robot)
-        return None if asked is None or robot in self.looks else asked.question
+        return None if asked is None or asked.look is not None else asked.question
 
     def awaited(self, now_s: float) -> set[int]:
         """The robots that have not answered, and have not been waited for long enough (rule 3)."""
-        unanswered = self._asked.keys() - self.looks.keys()
-        return {robot for robot in unanswered if now_s - self._asked[robot].since_s <= self.timing.looks_s}
+        return {
+            robot
+            for robot, asked in self._asked.items()
+            if asked.look is None and now_s - asked.since_s <= self.timing.looks_s
+        }
 
     def sees(self, robot: int) -> Look:
         """What a robot sees; nothing, if it has not answered."""
-        return self.looks.get(robot, Look(number=0))
+        asked = self._asked.get(robot)
+        return Look(number=0) if asked is None or asked.look is None else asked.look
 
     def obstacle_m(self, robots: Iterable[int]) -> dict[int, float]:
         """Each robot's distance from the nearest obstacle, as far as it is known."""
@@ -111,16 +116,10 @@ class Questions:
 
     def _may_be_driven(self, way: Sequence[Point], asked: _Asked) -> bool:
         """Whether rule 2 admits this way; an empty one says that none was driven."""
-        if not way or asked.question.place is None:
+        place, off_m_max = asked.question.place, off_place_m_max(self.mission)
+        if not way or place is None:
             return not way
-        ends = ((way[0], asked.at), (way[-1], asked.question.place))
-        return all(apart_m(place, end) <= off_place_m_max(self.mission) for end, place in ends)
-
-    def _forget(self, robots: Collection[int]) -> None:
-        """Drop the questions to these robots, and their answers."""
-        for robot in list(robots):
-            self._asked.pop(robot, None)
-            self.looks.pop(robot, None)
+        return apart_m(asked.at, way[0]) <= off_m_max and apart_m(place, way[-1]) <= off_m_max
 
     def _beside(self, at: Pose, where: np.ndarray) -> tuple[Point, ...]:
         """Where the nearest other robots stand that a scan from there may show."""

@@ -67,8 +67,8 @@ class Reported:
 
     def old(self, robots: Iterable[int], turns: Turns) -> set[int]:
         """Those of these robots whose place may be older than their own last turn."""
-        had_turn = turns.had & robots
-        return {robot for robot in had_turn if self.counted[robot].turn <= turns.put_for(robot)}
+        had_turn = turns.put_for.keys() & robots
+        return {robot for robot in had_turn if self.counted[robot].turn <= turns.put_for[robot]}
 
     def unheard(self, now_s: float) -> Set[int]:
         """The robots that may report yet."""

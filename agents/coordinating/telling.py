@@ -41,7 +41,7 @@ class Telling:
 
     def tell(self, plan: Plan, now_s: float) -> list[Command]:
         """The formation is made: send it to its members."""
-        stranded = (self.turns.had & self.reported.counted.keys()) - plan.lives.keys()
+        stranded = (self.turns.put_for.keys() & self.reported.counted.keys()) - plan.lives.keys()
         self.plan = plan = replace(plan, stranded=tuple(sorted(stranded)))
         self._made_s = self._news_at_s = now_s
         self.reported.told(plan.order)
@@ -88,7 +88,7 @@ class Telling:
             epoch=self.epoch,
             life=report.life,
             heard=report.number,
-            after_turn=self.turns.put_for(robot),
+            after_turn=self.turns.put_for[robot],
             out=self.plan is not None,
             question=None if has_turn else self.questions.pending(robot),  # a message has room for one
             join=join if has_turn else None,

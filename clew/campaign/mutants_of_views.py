@@ -151,7 +151,7 @@ OF_VIEWS = (
         "puts-untold",
         "F4: a coordinator puts the next turn only when its odometry has told the last",
         "agents/coordinating/turns.py",
-        "return self.newest is None or fence.turn >= self.newest.turn",
+        "return fence.turn >= self.newest.turn",
         "return True",
         check="tests/unit/agents/conversations/test_turns.py::"
         "test_v19_one_number_of_a_turn_has_one_content_however_long_its_put_is_held_up",

@@ -28,7 +28,7 @@ def report(robot: int) -> Report:
 
 def said(had_turn: set[int], *, is_made: bool) -> dict[int, ViewMessage]:
     """What robots are told when all have reported; 1 and 2 are in the formation, once it is made."""
-    reported, turns = Reported(Suspicion(TIMING), 3, 0.0), Turns(EPOCH, TIMING, 0.0)
+    reported, turns = Reported(Suspicion(TIMING), 3, 0.0), Turns(Fence(epoch=EPOCH), TIMING, 0.0)
     for robot in (*PLACED, OTHER):
         reported.hear(robot, report(robot), 0.0, closed=False)
         reported.count(robot, report(robot))
