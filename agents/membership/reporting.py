@@ -19,8 +19,7 @@ from agents.due import is_due
 from agents.liveness.timing import Timing
 from agents.membership.assembly import Assembly
 from agents.membership.legs import leg_is_clear, leg_needs_closer_look, without_hulls
-from agents.membership.past import Past
-from agents.membership.places import Places
+from agents.membership.places import Past
 from agents.membership.turn import Ended, places_xy
 from agents.strand.memory import Memory
 from protocol.arrays import xy
@@ -54,7 +53,7 @@ class Reporter:
     """Of the formation."""
     _said: Report | None = None
     _said_at_s: float = -float("inf")
-    _formers: tuple[Places, Pose, tuple[Former, ...]] | None = None
+    _formers: tuple[Past, Pose, tuple[Former, ...]] | None = None
     """What it has told last, of which places and from where."""
     _newest: int = -1
     _look: Look | None = None
@@ -67,7 +66,7 @@ class Reporter:
         self.heard_at_s, self.answer = now_s, answer
         # Where another leader is tried nobody is in place; a robot that has had no turn still has its place.
         if answer.rank is not None or self.ended is not None:
-            self.past = self.past.with_places(self.past.places.with_draft(self.epoch, answer.rank))
+            self.past = self.past.with_draft(self.epoch, answer.rank)
 
     def join(self, turn: int) -> Join | None:
         """Where the strand ends, for this turn of the robot; None if it does not know, or has ended it."""
@@ -87,7 +86,7 @@ class Reporter:
 
     def leave_places(self) -> None:
         """The robot has driven by its own steps: it stands at none of its former places."""
-        self.past = self.past.with_places(Places())
+        self.past = self.past.elsewhere()
 
     def act(self, driver: Driver, senses: Senses, now_s: float) -> list[Command]:
         """Look if asked to, and report; to be called while the robot stands."""
@@ -133,9 +132,9 @@ class Reporter:
 
     def _told_formers(self, pose: Pose) -> tuple[Former, ...]:
         """Where it stands on its former places. It is kept: a robot that stands tells the same each time."""
-        places = self.past.places
-        if self._formers is None or self._formers[0] is not places or self._formers[1] != pose:
-            self._formers = places, pose, places.formers(pose)
+        past = self.past
+        if self._formers is None or self._formers[0] is not past or self._formers[1] != pose:
+            self._formers = past, pose, past.formers(pose)
         return self._formers[2]
 
     def _seen(self) -> Seen | None:
@@ -148,7 +147,7 @@ class Reporter:
             return []
         if question.place is not None:
             off_m_max = off_place_m_max(self.mission)
-            way = self.past.places.leg_to(question.formers, pose, question.place, off_m_max=off_m_max)
+            way = self.past.leg_to(question.formers, pose, question.place, off_m_max=off_m_max)
             if way is not None or not self.mission.promises_clearance:
                 self._look = Look(number=question.number, clear=True, way=way or ())
                 return []

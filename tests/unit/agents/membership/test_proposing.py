@@ -7,7 +7,7 @@ from agents.body.senses import Senses
 from agents.commands import Put
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
-from agents.membership.past import Past
+from agents.membership.places import Past
 from agents.membership.pleas import Pleas
 from agents.membership.proposing import Proposing
 from agents.membership.reporting import Reporter
