@@ -18,7 +18,7 @@ Rule 5: it goes by phases (`agents.coordinating.phases`). A phase ends when it w
 from collections.abc import Mapping, Set
 
 from agents.commands import Command, Note
-from agents.coordinating.agreeing import Agreement, Intent, newer_map
+from agents.coordinating.agreeing import Agreement, Intent
 from agents.coordinating.draft import Draft, NoTurn
 from agents.coordinating.drafted import Drafted, left_out
 from agents.coordinating.formation import Plan
@@ -43,7 +43,6 @@ class Coordinator:
 
     def __init__(
         self,
-        robot: int,
         epoch: Epoch,
         *,
         mission: Mission,
@@ -52,11 +51,10 @@ class Coordinator:
         intent: Intent,
         now_s: float,
     ) -> None:
-        self._robot = robot
+        self._robot = epoch.robot
         self._mission = mission
         self._timing = timing
         self._suspicion = suspicion
-        self._agreement = Agreement(robot, epoch, intent, mission.goal is None, mission.path_bounds)
         self._began_s = now_s
         self.phase = Phase.GATHERING
         self._since_s = now_s
@@ -64,6 +62,7 @@ class Coordinator:
         self._questions = Questions(mission, timing)
         self._reported = Reported(suspicion, mission.robots, now_s)
         self._reports: Mapping[int, Report] = self._reported.counted
+        self._agreement = Agreement(epoch, intent, mission, self._reports)
         self._draft = Draft(mission, intent.cause)
         self._turns = Turns(Fence(epoch=epoch), timing, now_s)
         self._telling = Telling(epoch, timing, self._reported, self._questions, self._turns, self._draft)
@@ -144,7 +143,9 @@ class Coordinator:
     @property
     def _map_from(self) -> Set[int]:
         """CLOSING: the robot that is to tell its map, if the leader has an older one."""
-        return newer_map(self._reports, self._draft.strand[0]) if self.phase is Phase.CLOSING else frozenset()
+        return (
+            self._agreement.newer_map(self._draft.strand[0]) if self.phase is Phase.CLOSING else frozenset()
+        )
 
     def _go_on(self, fence: Fence, now_s: float) -> list[Command]:
         # Silence counts from the phase's begin on: while a robot drove, it had nothing to report.
@@ -158,7 +159,7 @@ class Coordinator:
             return self._take_back(fence, now_s)  # nobody drives while a draft begins
         if self.phase is Phase.GATHERING and not self._awaited(now_s):
             is_first = self._turns.newest.turn == 0  # no place is older than a turn
-            plan = self._agreement.turned(self._reports, turn=fence.turn + 1) if is_first else None
+            plan = self._agreement.turned(turn=fence.turn + 1) if is_first else None
             if plan is not None:
                 self._enter(Phase.CLOSING, now_s)
                 return self._make(plan, fence, now_s)
@@ -176,7 +177,7 @@ class Coordinator:
     def _look(self, obstacle_m: Mapping[int, float], now_s: float) -> None:
         """Ask robots to look at the legs of the next order; without a goal, first at what is near them."""
         draft, reports, turn = self._draft, self._reports, self._turns.newest.turn
-        draft.begin(reports, obstacle_m, self._agreement.counters(reports).last_to_lead)
+        draft.begin(reports, obstacle_m, self._agreement.counters().last_to_lead)
         asked = self._questions.ask(draft.order, reports, now_s, turn=turn, keeps=draft.keeps)
         self._reported.ask(asked)
 
@@ -232,9 +233,9 @@ class Coordinator:
     def _close(self, fence: Fence, now_s: float) -> list[Command]:
         """Rule 2."""
         strand = self._draft.strand
-        plan = self._agreement.drafted(strand, self._draft.legs, self._reports, turn=fence.turn + 1)
+        plan = self._agreement.drafted(strand, self._draft.legs, turn=fence.turn + 1)
         no_room = self._no_room.union(strand).difference(plan.order)
-        stranded = self._agreement.stranded(plan, self._reports, frozenset(no_room))
+        stranded = self._agreement.stranded(plan, no_room)
         return stranded + self._make(plan, fence, now_s)
 
     def _make(self, plan: Plan, fence: Fence, now_s: float) -> list[Command]:

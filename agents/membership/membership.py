@@ -110,7 +110,6 @@ class Membership:
         )
         if (epoch.robot, epoch.life) == (self._robot, self._life):
             self.coordinator = Coordinator(
-                self._robot,
                 epoch,
                 mission=self._mission,
                 timing=self._proposing.timing_in(epoch),

@@ -16,8 +16,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from agents.commands import Command, Note
-from agents.coordinating.agreeing import Intent
-from agents.coordinating.turnabout import Turning
+from agents.coordinating.agreeing import Intent, Turning
 from agents.liveness.raising import Raising
 from agents.liveness.reason import Reason, Turnabout
 from agents.liveness.suspicion import Suspicion
@@ -71,10 +70,7 @@ class Proposing:
         intent = Intent(Cause.START if proposed is None else proposed.cause, self._led_by, neighbours)
         if member is None or reason is None or reason.turnabout is None or reason.cause is not intent.cause:
             return intent
-        formation = member.formation
-        return replace(
-            intent, turning=Turning(reason.turnabout, formation.epoch, formation.members, member.path)
-        )
+        return replace(intent, turning=Turning(reason.turnabout, member.formation, member.path))
 
     def act(
         self,

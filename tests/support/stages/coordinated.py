@@ -39,7 +39,6 @@ class View:
         self.now_s, self.fence = BEGAN_S, Fence(epoch=EPOCH)
         self.answers: dict[int, Answer] = {}
         self._coordinator = Coordinator(
-            OWN,
             EPOCH,
             mission=MISSION,
             timing=TIMING,

@@ -39,8 +39,8 @@ def said(had_turn: set[int], *, is_made: bool) -> dict[int, ViewMessage]:
     telling = Telling(EPOCH, TIMING, reported, Questions(mission, TIMING), turns, draft)
     told: list[Command] = []
     if is_made:
-        agreement = Agreement(1, EPOCH, Intent(Cause.START), sensed=False)
-        told = telling.tell(agreement.drafted(PLACED, {}, reported.counted, turn=9), 0.0)
+        agreement = Agreement(EPOCH, Intent(Cause.START), mission, reported.counted)
+        told = telling.tell(agreement.drafted(PLACED, {}, turn=9), 0.0)
     odometry = Odometry(
         n=1, t_s=0.0, pose=report(1).place, moving=False, finished=0, fence=Fence(), phase=Phase.RUNNING
     )
