@@ -19,8 +19,7 @@ from collections.abc import Mapping, Set
 
 from agents.commands import Command, Note
 from agents.coordinating.agreeing import Agreement, Intent
-from agents.coordinating.draft import Draft, NoTurn
-from agents.coordinating.drafted import Drafted, left_out
+from agents.coordinating.draft import Draft, Drafted, NoTurn
 from agents.coordinating.formation import Plan
 from agents.coordinating.phases import PHASES, Phase
 from agents.coordinating.questions import Questions
@@ -52,7 +51,6 @@ class Coordinator:
         now_s: float,
     ) -> None:
         self._robot = epoch.robot
-        self._mission = mission
         self._timing = timing
         self._suspicion = suspicion
         self._began_s = now_s
@@ -65,16 +63,19 @@ class Coordinator:
         self._agreement = Agreement(epoch, intent, mission, self._reports)
         self._draft = Draft(mission, intent.cause)
         self._turns = Turns(Fence(epoch=epoch), timing, now_s)
-        self._telling = Telling(epoch, timing, self._reported, self._questions, self._turns, self._draft)
+        self._telling = Telling(timing, self._reported, self._questions, self._turns, self._draft)
         self._join: Join | None = None
         self._no_room: set[int] = set()
         """Who had no turn, since no message can say where the strand ends."""
 
     def hear(self, robot: int, report: Report, now_s: float) -> None:
         """Take in a report; it is answered at the next `act`, whatever it says."""
-        known = self._reports.get(robot)
-        if not self._reported.hear(robot, report, now_s, closed=self.phase is Phase.FORMED):
+        if self._reported.is_late(robot, report):
             return
+        self._telling.ask({robot})
+        if not self._reported.hear(robot, report, now_s) or self.phase is Phase.FORMED:
+            return
+        known = self._reports.get(robot)
         if known is not None and known.life != report.life:
             self._drop(robot, now_s)
         self._reported.count(robot, report)
@@ -84,7 +85,7 @@ class Coordinator:
         """What it has drafted; once the formation is made, that."""
         plan, draft = self._telling.plan, self._draft
         in_place = draft.strand if plan is None else plan.order
-        why = left_out(in_place, draft, self._reported, now_s)
+        why = self._reported.left_out(in_place, draft.tried, now_s)
         return Drafted(draft.order, in_place, why, self._awaited(now_s), self._since_s)
 
     def act(self, odometry: Odometry, now_s: float) -> list[Command]:
@@ -179,7 +180,7 @@ class Coordinator:
         draft, reports, turn = self._draft, self._reports, self._turns.newest.turn
         draft.begin(reports, obstacle_m, self._agreement.counters().last_to_lead)
         asked = self._questions.ask(draft.order, reports, now_s, turn=turn, keeps=draft.keeps)
-        self._reported.ask(asked)
+        self._telling.ask(asked)
 
     # --- turns --------------------------------------------------------------------------------------
 
@@ -196,7 +197,7 @@ class Coordinator:
                 join = draft.join(robot, reports, fence.turn + 1)
                 if fits(join):
                     self._join = join
-                    self._reported.ask({robot})
+                    self._telling.ask({robot})
                     life = reports[robot].life
                     return self._turns.put(fence, now_s, may=May.ONE, robot=robot, life=life)
                 self._no_room.add(robot)

@@ -17,7 +17,7 @@ Rule 4: robots that are left out and were there lately may stand in the way, and
 Rule 5: where a robot that asks a strand on its way to let it in finds no way, the strand goes on as it was.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from enum import Enum, auto
 
@@ -50,6 +50,22 @@ class NoTurn(Enum):
     WAIT = auto()  # nothing now
     BEGIN = auto()  # another order is to be tried
     DONE = auto()  # those in place are the strand; the others are left out
+
+
+@dataclass(frozen=True, slots=True)
+class Drafted:
+    """For people: a draft, or the formation that was made of it."""
+
+    order: Order
+    """The order that is tried, leader first; of a strand that turns round none."""
+    in_place: Order
+    """The strand as far as it stands, leader first."""
+    left_out: Mapping[int, str]
+    """Why each other robot has no place."""
+    awaited: Set[int]
+    """The robots that the view waits for in its phase."""
+    since_s: float
+    """When that phase began."""
 
 
 @dataclass(slots=True)

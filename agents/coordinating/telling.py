@@ -6,8 +6,8 @@ Rule 2 (liveness): it does not wait for reports to answer, but repeats its news:
         robot tells a newer place; that a map is wanted until it comes; the formation for a short time.
 """
 
-from collections.abc import Set
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Set
+from dataclasses import dataclass, field, replace
 
 from agents.commands import Command, Say
 from agents.coordinating.draft import Draft
@@ -17,7 +17,6 @@ from agents.coordinating.reported import Reported
 from agents.coordinating.turns import Turns
 from agents.due import is_due
 from agents.liveness.timing import Timing
-from protocol.fence import Epoch
 from protocol.wire.messages import Odometry
 from protocol.wire.view import Answer, Join, Report
 
@@ -28,7 +27,6 @@ NEWS_S = 1.0  # ten times: at 75 % loss a formation arrives in 94 % of cases; th
 class Telling:
     """The messages of one coordinator."""
 
-    epoch: Epoch
     timing: Timing
     reported: Reported
     questions: Questions
@@ -36,6 +34,8 @@ class Telling:
     draft: Draft
     plan: Plan | None = None
     """The formation, once it is made."""
+    _due: set[int] = field(default_factory=set)
+    """Whom to answer."""
     _made_s: float = -float("inf")
     _news_at_s: float = -float("inf")
 
@@ -44,8 +44,12 @@ class Telling:
         stranded = (self.turns.put_for.keys() & self.reported.counted.keys()) - plan.lives.keys()
         self.plan = plan = replace(plan, stranded=tuple(sorted(stranded)))
         self._made_s = self._news_at_s = now_s
-        self.reported.told(plan.order)
+        self._due.difference_update(plan.order)
         return [Say(robot, piece) for robot in plan.order for piece in plan.pieces(robot)]
+
+    def ask(self, robots: Iterable[int]) -> None:
+        """There is something to tell these robots: they are answered at the next `act`."""
+        self._due.update(robots)
 
     def act(
         self, odometry: Odometry, now_s: float, *, join: Join | None, map_from: Set[int]
@@ -60,15 +64,16 @@ class Telling:
         """
         if is_due(last_s=self._news_at_s, every_s=self.timing.report_s, now_s=now_s):
             self._news_at_s = now_s
-            self.reported.ask(self._hear_no_news(odometry, now_s, map_from))
+            self._due |= self._hear_no_news(odometry, now_s, map_from)
         commands: list[Command] = []
-        for robot in self.reported.take_due():
+        for robot in sorted(self._due):
             report = self.reported.said[robot]
             if self.plan is not None and self.plan.lives.get(robot) == report.life:
                 commands += [Say(robot, piece) for piece in self.plan.pieces(robot)]
             else:
                 answer = self._answer(robot, report, join=join, wants_map=robot in map_from)
                 commands.append(Say(robot, answer))
+        self._due.clear()
         return commands
 
     def _hear_no_news(self, odometry: Odometry, now_s: float, map_from: Set[int]) -> set[int]:
@@ -85,7 +90,7 @@ class Telling:
     def _answer(self, robot: int, report: Report, *, join: Join | None, wants_map: bool) -> Answer:
         has_turn, strand = self.turns.holder == robot, self.draft.strand
         return Answer(
-            epoch=self.epoch,
+            epoch=self.turns.newest.epoch,
             life=report.life,
             heard=report.number,
             after_turn=self.turns.put_for[robot],

@@ -30,13 +30,14 @@ def said(had_turn: set[int], *, is_made: bool) -> dict[int, ViewMessage]:
     """What robots are told when all have reported; 1 and 2 are in the formation, once it is made."""
     reported, turns = Reported(Suspicion(TIMING), 3, 0.0), Turns(Fence(epoch=EPOCH), TIMING, 0.0)
     for robot in (*PLACED, OTHER):
-        reported.hear(robot, report(robot), 0.0, closed=False)
+        reported.hear(robot, report(robot), 0.0)
         reported.count(robot, report(robot))
     for number, robot in enumerate(sorted(had_turn)):
         turns.put(Fence(epoch=EPOCH, turn=number), 0.0, may=May.ONE, robot=robot, life=robot)
     mission = under("certified", robots=3)
     draft = Draft(mission, Cause.START, strand=PLACED)
-    telling = Telling(EPOCH, TIMING, reported, Questions(mission, TIMING), turns, draft)
+    telling = Telling(TIMING, reported, Questions(mission, TIMING), turns, draft)
+    telling.ask((*PLACED, OTHER))
     told: list[Command] = []
     if is_made:
         agreement = Agreement(EPOCH, Intent(Cause.START), mission, reported.counted)
