@@ -15,7 +15,7 @@ Rule 4: what no message can tell has no place in the formation: robots without a
 Rule 5: it goes by phases (`agents.coordinating.phases`). A phase ends when it waits for no robot any more.
 """
 
-from collections.abc import Mapping, Set
+from collections.abc import Collection, Mapping, Set
 
 from agents.commands import Command, Note
 from agents.coordinating.agreeing import Agreement, Intent
@@ -126,15 +126,12 @@ class Coordinator:
     @property
     def _owing(self) -> Set[int]:
         """The robots that have yet to tell this phase a place that is newer than their own last turn."""
-        match self.phase:
-            case Phase.GATHERING:
-                return self._reported.old(self._reports.keys(), self._turns)
-            case Phase.TURNING:
-                return self._reported.old({self._robot}, self._turns)
-            case Phase.CLOSING:
-                return self._reported.old(self._draft.strand, self._turns)
-            case _:
-                return frozenset()
+        owed: dict[Phase, Collection[int]] = {
+            Phase.GATHERING: self._reports.keys(),
+            Phase.TURNING: {self._robot},
+            Phase.CLOSING: self._draft.strand,
+        }
+        return self._reported.old(owed.get(self.phase, ()), self._turns)
 
     def _may_come_back(self, now_s: float) -> Set[int]:
         """The robots that were there lately; none once the view has lasted for `comes_back_s`."""

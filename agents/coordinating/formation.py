@@ -27,6 +27,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from agents.coordinating.folding import Legs
+from protocol.arrays import places_xy
 from protocol.fence import Epoch
 from protocol.frames import Point, Pose
 from protocol.mission import Bounds
@@ -129,8 +130,7 @@ def lay_path(
         at[robot] = len(points) - 1
         points += leg[1:]
         is_laid = bool(leg)
-    along = np.array([(point.x_m, point.y_m) for point in points]).reshape(-1, 2)
-    steps_m = np.hypot(*np.diff(along, axis=0).T)
+    steps_m = np.hypot(*np.diff(places_xy(points), axis=0).T)
     arcs_m = np.concatenate([[0.0], np.cumsum(steps_m)])
     # A straight queue is one segment: one check, no stops.
     path = Path(straightened(points))

@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from protocol.arrays import Floats
+from protocol.arrays import Floats, places_xy
 from protocol.frames import Point, Pose
 from protocol.wire.view import Report
 
@@ -29,7 +29,7 @@ def places_of(reports: Mapping[int, Report]) -> Places:
 
 def positions(places: Places, robots: Sequence[int]) -> Floats:
     """Where robots stand (n, 2) [world frame]."""
-    return np.array([(places[robot].x_m, places[robot].y_m) for robot in robots]).reshape(-1, 2)
+    return places_xy([places[robot] for robot in robots])
 
 
 def apart_m(one: Pose, other: Pose | Point) -> float:

@@ -25,7 +25,7 @@ from agents.membership.states import Happening, State, after
 from agents.membership.turn import OwnTurns
 from agents.strand.member import Member
 from agents.strand.memory import Memory
-from protocol.fence import Fence, May, in_force
+from protocol.fence import NOBODY_NUMBER, Epoch, Fence, May, in_force
 from protocol.mission import Mission
 from protocol.timeline import ViewJoined, ViewLeft
 from protocol.wire.view import Answer, Formation, Plea, Report, ViewMessage
@@ -49,21 +49,16 @@ class Membership:
         self._pleas = Pleas(self._timing)
         self._proposing = Proposing(robot, life, self._timing, self.suspicion, self._pleas)
         self._memory = Memory(mission)
-        self._past = Past()
         self.state = State.BOUND
         self.member: Member | None = None
         self.coordinator: Coordinator | None = None
-        self._fence = Fence()
+        self.fence = Fence()
+        """The fence that its odometry tells."""
         self._again = again
         self._has_begun = False
-        self._reporter: Reporter | None = None
+        self._reporter = Reporter(Epoch(), life, mission, self._timing, self._memory, Past(), heard_at_s=0.0)
         self._turns = OwnTurns(life, mission, driver, senses)
         self._own_number = 0
-
-    @property
-    def fence(self) -> Fence:
-        """The fence that its odometry tells."""
-        return self._fence
 
     # --- rule 1 -------------------------------------------------------------------------------------
 
@@ -75,11 +70,11 @@ class Membership:
             odometry = self._driver.odometry
             if self._again or odometry.ordered > 0 or odometry.t_s > LATE_S:
                 self._driver.start_again()
-        elif self._driver.odometry.fence.key == self._fence.key:
+        elif self._driver.odometry.fence.key == self.fence.key:
             return []
-        before, self._fence = self._fence, self._driver.odometry.fence
-        fence = self._fence
-        if self._turns.end() and self._reporter is not None:
+        before, self.fence = self.fence, self._driver.odometry.fence
+        fence = self.fence
+        if self._turns.end():
             self._reporter.leave_places()
         self._happen(Happening.NEWER_FENCE)
         commands = self._bind(now_s) if fence.epoch != before.epoch else []
@@ -94,20 +89,16 @@ class Membership:
     def _bind(self, now_s: float) -> list[Command]:
         """There is a newer epoch: leave whatever this robot is in."""
         self._happen(Happening.NEWER_EPOCH)
-        if self._reporter is not None:
-            self._past = self._reporter.past
+        epoch, past = self.fence.epoch, self._reporter.past
         if self.member is not None:
-            self._past = self._past.with_strand(self.member)
-        intent = self._proposing.intent(self.member, self._past.neighbours)
-        epoch = self._fence.epoch
-        self.member = self._reporter = self.coordinator = None
+            past = past.with_strand(self.member)
+        intent = self._proposing.intent(self.member, past.neighbours)
+        self.member = self.coordinator = None
         self._pleas.forget()
         self._senses.forget()
-        if epoch.robot == 0:
+        self._reporter = Reporter(epoch, self._life, self._mission, self._timing, self._memory, past, now_s)
+        if epoch.robot == NOBODY_NUMBER:
             return []
-        self._reporter = Reporter(
-            epoch, self._life, self._mission, self._timing, self._memory, self._past, now_s
-        )
         if (epoch.robot, epoch.life) == (self._robot, self._life):
             self.coordinator = Coordinator(
                 epoch,
@@ -123,7 +114,7 @@ class Membership:
 
     def hear(self, robot: int, number: int, said: ViewMessage, now_s: float) -> list[Command]:
         """Take in a message of a view."""
-        if said.epoch != self._fence.epoch:
+        if said.epoch != self.fence.epoch:
             return []
         reporter = self._reporter if robot == said.epoch.robot else None
         match said:
@@ -131,7 +122,7 @@ class Membership:
                 self.coordinator.hear(robot, said, now_s)
             case Plea():
                 return self._hear_plea(robot, said, now_s)
-            case Answer(heard=0) if robot == self._fence.robot:
+            case Answer(heard=0) if robot == self.fence.robot:
                 self._proposing.leader_answers(now_s)
             case Answer() if reporter is not None and said.life == self._life:
                 reporter.hear(said, number, now_s)
@@ -157,7 +148,7 @@ class Membership:
 
     def act(self, now_s: float) -> list[Command]:
         """What is to be done now."""
-        if self.state is State.BOUND and self._fence.may is May.ALL:
+        if self.state is State.BOUND and self.fence.may is May.ALL:
             self._take_place(now_s)
         commands = self._do(now_s)
         if self.coordinator is not None:
@@ -170,17 +161,16 @@ class Membership:
         return commands + proposed
 
     def _take_place(self, now_s: float) -> None:
-        whole = None if self._reporter is None else self._reporter.assembly.whole
-        if whole is None or whole[0].turn != self._fence.turn or not in_force(self._fence):
+        whole = self._reporter.assembly.whole
+        if whole is None or whole[0].turn != self.fence.turn or not in_force(self.fence):
             return
-        if (whole[0].rank == 0) is not (self._fence.robot == self._robot):
+        if (whole[0].rank == 0) is not (self.fence.robot == self._robot):
             return  # ALL names the leader: a coordinator that lies makes no second one
         self._happen(Happening.FORMED)
         formation, path = whole
         self._pleas.note_stranded(formation.stranded, now_s)
         self.member = Member(
             self._robot,
-            life=self._life,
             mission=self._mission,
             driver=self._driver,
             senses=self._senses,
@@ -207,17 +197,16 @@ class Membership:
     def _report(self, now_s: float) -> list[Command]:
         driver = self._driver
         driver.stand()
-        if self._reporter is None or not driver.standing:
+        if not driver.standing or self.fence.epoch.robot == NOBODY_NUMBER:
             return []
         return self._reporter.act(driver, self._senses, now_s)
 
     def _join(self, now_s: float) -> list[Command]:
         reporter = self._reporter
-        assert reporter is not None, "nobody has a turn without a coordinator"
-        join = reporter.join(self._fence.turn)
+        join = reporter.join(self.fence.turn)
         if join is None:
             return self._report(now_s)
-        commands, ended = self._turns.act(join, self._fence, now_s)
+        commands, ended = self._turns.act(join, self.fence, now_s)
         if ended is None:
             return commands
         reporter.end_turn(ended)
@@ -226,9 +215,9 @@ class Membership:
     def _plead(self, now_s: float) -> list[Command]:
         """Ask the leader that odometry names to be let in."""
         self._driver.stand()
-        if self._fence.robot == self._robot:
+        if self.fence.robot == self._robot:
             return []
-        return self._pleas.ask(Plea(epoch=self._fence.epoch, life=self._life), self._fence, now_s)
+        return self._pleas.ask(Plea(epoch=self.fence.epoch, life=self._life), self.fence, now_s)
 
     def _deliver(self, commands: Iterable[Command], now_s: float) -> list[Command]:
         """Rule 3: what a coordinator says to itself arrives at once."""

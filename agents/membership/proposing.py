@@ -11,7 +11,6 @@ Rule 4: a robot that is left out, and has no answer from the leader, proposes on
         The robot that was to lead and has no formation sees no token of its own, so it is one of these.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -59,10 +58,9 @@ class Proposing:
         """The leader has answered a plea."""
         self._leader_heard_s = now_s
 
-    def is_silent(self, reporter: Reporter | None, for_s: float, now_s: float) -> bool:
+    def is_silent(self, reporter: Reporter, for_s: float, now_s: float) -> bool:
         """Whether neither coordinator nor leader has answered for so long."""
-        heard_s = 0.0 if reporter is None else reporter.heard_at_s
-        return now_s - max(heard_s, self._leader_heard_s) > for_s
+        return now_s - max(reporter.heard_at_s, self._leader_heard_s) > for_s
 
     def intent(self, member: Member | None, neighbours: Mapping[int, Point]) -> Intent:
         """What this robot has proposed the newest view for; to be asked before it leaves its strand."""
@@ -75,7 +73,7 @@ class Proposing:
     def act(
         self,
         odometry: Odometry,
-        reporter: Reporter | None,
+        reporter: Reporter,
         member: Member | None,
         now_s: float,
         *,
@@ -98,29 +96,28 @@ class Proposing:
         return [*commands, *self._note(reason, member, now_s)]
 
     def _for_member(
-        self, member: Member, odometry: Odometry, reporter: Reporter | None, now_s: float
+        self, member: Member, odometry: Odometry, reporter: Reporter, now_s: float
     ) -> Reason | None:
         """Rule 3."""
         own, plea = member.reason, self._pleas.reason(now_s, stands=not odometry.moving)
         if own is not None and (plea is None or own.cause not in {Cause.DEAD_END, Cause.NO_WAY}):
             return own
         all_wait = odometry.stood_s > self._timing.stood_s and not member.arrived
-        named_s = -math.inf if reporter is None else reporter.formed_s
         for link in member.strand.links:
-            how = self._suspicion.why_lost(link, now_s, named_s=named_s, all_wait=all_wait)
+            how = self._suspicion.why_lost(link, now_s, named_s=reporter.formed_s, all_wait=all_wait)
             if how is not None:
                 return Reason(Cause.NEIGHBOUR_LOST, f"robot {link.neighbour} is lost", link.neighbour, how)
         return plea
 
-    def _for_bound(self, odometry: Odometry, reporter: Reporter | None, now_s: float) -> Reason | None:
+    def _for_bound(self, odometry: Odometry, reporter: Reporter, now_s: float) -> Reason | None:
         """Rule 2."""
         epoch = odometry.fence.epoch
         coordinator = epoch.robot
-        heard_s = max(self._turn_s, 0.0 if reporter is None else reporter.heard_at_s)
+        heard_s = max(self._turn_s, reporter.heard_at_s)
         idle_s = min(odometry.stood_s, now_s - self._turn_s)
         if self._suspicion.has_gone(coordinator, heard_s, now_s):
             why = f"robot {coordinator} coordinated, and its token has gone"
-        elif reporter is not None and self._is_deaf(epoch, min(idle_s, now_s - reporter.heard_at_s), now_s):
+        elif self._is_deaf(epoch, min(idle_s, now_s - reporter.heard_at_s), now_s):
             why = f"robot {coordinator} coordinates, and is silent"
         elif idle_s > self._timing.stood_s:
             why = "nobody has moved, and there was no turn"
@@ -137,7 +134,7 @@ class Proposing:
         may_be_so = waits_s > self._timing.coordinator_s and self._suspicion.judges(now_s)
         return may_be_so and waits_s > self.timing_in(epoch).coordinator_s
 
-    def _for_outsider(self, odometry: Odometry, reporter: Reporter | None, now_s: float) -> Reason | None:
+    def _for_outsider(self, odometry: Odometry, reporter: Reporter, now_s: float) -> Reason | None:
         """Rule 4."""
         silent = self.is_silent(reporter, self._timing.outsider_s, now_s)
         if not silent or not self._suspicion.judges(now_s):

@@ -20,9 +20,9 @@ from agents.liveness.timing import Timing
 from agents.membership.assembly import Assembly
 from agents.membership.legs import leg_is_clear, leg_needs_closer_look, without_hulls
 from agents.membership.places import Past
-from agents.membership.turn import Ended, places_xy
+from agents.membership.turn import Ended
 from agents.strand.memory import Memory
-from protocol.arrays import xy
+from protocol.arrays import places_xy, xy
 from protocol.fence import Epoch
 from protocol.frames import Pose
 from protocol.legs import off_place_m_max

@@ -9,8 +9,6 @@ Rule 3: where obstacles move, a robot that gets no further looks again for a whi
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.body.watch import Watch
@@ -20,9 +18,8 @@ from agents.membership.joining import InPlace, Joining
 from agents.membership.stands import Stands
 from agents.navigation.scan import View
 from agents.navigation.step import LookCloser, NoStep
-from protocol.arrays import Floats, xy
+from protocol.arrays import places_xy, xy
 from protocol.fence import Bearing, Fence
-from protocol.frames import Point
 from protocol.mission import Mission
 from protocol.timeline import RobotBlocked, RobotPlaced, StepPlanned
 from protocol.wire.view import Join
@@ -50,7 +47,9 @@ class TurnTaker:
         self._watch = Watch(mission, driver, senses)
         self._joining = joining
         self._join = join
-        self._stands = _stands(join)
+        self._stands = Stands(
+            places_xy(join.strand), places_xy(join.waiting), places_xy(join.line), join.last_leg
+        )
         self._step: StepPlanned | None = None
         self._gives_up = False
         """Whether the step in hand ends where the robot comes to stand."""
@@ -128,7 +127,7 @@ class OwnTurns:
         self._mission = mission
         self._driver = driver
         self._senses = senses
-        self._joining: Joining | None = None
+        self._joining = Joining(mission)
         self._taker: TurnTaker | None = None
 
     def act(self, join: Join, fence: Fence, now_s: float) -> tuple[list[Command], Ended | None]:
@@ -137,23 +136,14 @@ class OwnTurns:
             bearing = Bearing(epoch=fence.epoch, turn=fence.turn, life=self._life)
             self._driver.begin(0.0, bearing)
             here = xy(self._driver.odometry.pose)
-            self._joining = joining = self._joining or Joining(self._mission)
-            joining.begin(here, epoch=fence.epoch.number, robots=join.robots)
-            self._taker = TurnTaker(self._mission, self._driver, self._senses, joining, join)
+            self._joining.begin(here, epoch=fence.epoch.number, robots=join.robots)
+            self._taker = TurnTaker(self._mission, self._driver, self._senses, self._joining, join)
         return self._taker.act(now_s), self._taker.ended
 
     def end(self) -> bool:
         """The robot has no turn any more; whether it may have moved in its last one."""
         taker, self._taker = self._taker, None
-        if self._joining is not None:
-            self._joining.release()
-        return taker is not None and taker.has_moved
-
-
-def _stands(join: Join) -> Stands:
-    return Stands(places_xy(join.strand), places_xy(join.waiting), places_xy(join.line), join.last_leg)
-
-
-def places_xy(points: tuple[Point, ...]) -> Floats:
-    """Points as an array (n, 2)."""
-    return np.array([(point.x_m, point.y_m) for point in points]).reshape(-1, 2)
+        if taker is None:
+            return False
+        self._joining.release()
+        return taker.has_moved

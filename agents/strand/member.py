@@ -54,7 +54,6 @@ class Member:
         self,
         robot: int,
         *,
-        life: int,
         mission: Mission,
         driver: Driver,
         senses: Senses,
@@ -73,7 +72,7 @@ class Member:
         self._formation = formation
         self._leads = formation.rank == 0
         self._memory = memory
-        bearing = Bearing(epoch=formation.epoch, turn=formation.turn, life=life)
+        bearing = Bearing(epoch=formation.epoch, turn=formation.turn, life=formation.life)
         driver.begin(formation.s_m, bearing)
         memory.take(formation)
         self._strand = Strand(robot, formation, path, mission, now_s)

@@ -79,6 +79,7 @@ def test_where_no_body_moves_one_that_is_left_out_raises_as_any_robot_only_if_th
     suspicion.presence.come(WORLD_NUMBER, "world", 0.0)
     suspicion.presence.come(1, "leader", 0.0)
     proposing = Proposing(3, LIFE, TIMING, suspicion, Pleas(TIMING))
+    reporter = Reporter(EPOCH, LIFE, MISSION, TIMING, Memory(MISSION), Past(), heard_at_s=0.0)
     fence = Fence(epoch=EPOCH, turn=2, may=May.ALL, robot=1, members=2)
     proposing.enter(fence, 0.0)
     if not leader_lives:
@@ -88,7 +89,7 @@ def test_where_no_body_moves_one_that_is_left_out_raises_as_any_robot_only_if_th
         now_s = tenth / 10.0
         suspicion.live(now_s)
         told = odometry(tenth, fence, stood_s=now_s)
-        commands = proposing.act(told, None, None, now_s, coordinates=False)
+        commands = proposing.act(told, reporter, None, now_s, coordinates=False)
         puts = [each.change for each in commands if isinstance(each, Put)]
         raises += [each.cause is Cause.OUTSIDERS for each in puts if isinstance(each, Raise)]
     assert raises[0]
