@@ -110,9 +110,8 @@ class Draft:
             led: the robots that are to lead only after all others, as counted before this view.
         """
         places, goal = places_of(reports), self.mission.goal
-        self.led, self._stayed = self.led or led, self.strand
-        if not self.strand and self.keeps and not self.led:
-            self._stayed = former_order(reports)
+        self.led = self.led or led
+        self._stayed = self.strand or (former_order(reports) if self.keeps and not self.led else ())
         if goal is None and not obstacle_m:
             self.order = ()
         elif self._stayed:

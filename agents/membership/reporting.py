@@ -27,7 +27,9 @@ from protocol.fence import Epoch
 from protocol.frames import Pose
 from protocol.legs import off_place_m_max
 from protocol.mission import Mission
-from protocol.wire.view import Answer, Formation, Former, Join, Look, Report, Seen
+from protocol.wire.view import Answer, Formation, Former, Join, Look, Report
+
+NO_ANSWER, NO_TURN = Answer(epoch=Epoch(), life=0, heard=0), Ended(turn=0, placed=False)
 
 
 @dataclass(slots=True)
@@ -43,9 +45,9 @@ class Reporter:
     """With its places as of now."""
     heard_at_s: float
     """When the coordinator was heard last, or the view began."""
-    answer: Answer | None = None
+    answer: Answer = NO_ANSWER
     """The newest."""
-    ended: Ended | None = None
+    ended: Ended = NO_TURN
     """Its newest turn in this view."""
     formed_s: float = math.inf
     """When the first piece of the formation came."""
@@ -65,14 +67,13 @@ class Reporter:
         self._newest = number
         self.heard_at_s, self.answer = now_s, answer
         # Where another leader is tried nobody is in place; a robot that has had no turn still has its place.
-        if answer.rank is not None or self.ended is not None:
+        if answer.rank is not None or self.ended.turn > 0:
             self.past = self.past.with_draft(self.epoch, answer.rank)
 
     def join(self, turn: int) -> Join | None:
         """Where the strand ends, for this turn of the robot; None if it does not know, or has ended it."""
-        join = None if self.answer is None else self.answer.join
-        is_over = self.ended is not None and self.ended.turn == turn
-        return None if is_over or join is None or join.turn != turn else join
+        join = self.answer.join
+        return join if join is not None and join.turn == turn != self.ended.turn else None
 
     def hear_formation(self, piece: Formation, now_s: float) -> None:
         """A piece of the formation has come."""
@@ -95,22 +96,18 @@ class Reporter:
         if self._said is None or replace(report, number=self._said.number) != self._said:
             number = 1 if self._said is None else self._said.number + 1
             self._said = replace(report, number=number)
-        elif not is_due(last_s=self._said_at_s, every_s=self._every_s, now_s=now_s):
+        elif not is_due(last_s=self._said_at_s, every_s=self._every_s(self._said), now_s=now_s):
             return commands
         self._said_at_s = now_s
         return [*commands, Say(self.epoch.robot, self._said)]
 
-    @property
-    def _every_s(self) -> float:
-        assert self._said is not None
-        heard = -1 if self.answer is None else self.answer.heard
-        is_answered = heard >= self._said.number and self.heard_at_s >= self._said_at_s
+    def _every_s(self, said: Report) -> float:
+        """Rule 1."""
+        is_answered = self.answer.heard >= said.number and self.heard_at_s >= self._said_at_s
         return self.timing.ping_s if is_answered else self.timing.report_s
 
     def _report(self, driver: Driver) -> Report:
-        odometry = driver.odometry
-        after = 0 if self.answer is None else self.answer.after_turn
-        said = self._said
+        odometry, after, said = driver.odometry, self.answer.after_turn, self._said
         # Every turn is new to all, but news only to those whose place is older than their own last turn.
         fresh = said is None or (after > 0 and said.turn <= after) or said.place != odometry.pose
         return Report(
@@ -121,10 +118,10 @@ class Reporter:
             place=odometry.pose,
             formers=self._told_formers(odometry.pose),
             look=self._look,
-            ended=0 if self.ended is None else self.ended.turn,
-            placed=self.ended is not None and self.ended.placed,
+            ended=self.ended.turn,
+            placed=self.ended.placed,
             map_number=self.memory.number,
-            seen=self._seen(),
+            seen=self.memory.seen if self.answer.wants_map else None,
             arrived=self.past.arrived,
             counters=self.past.counters,
             counted=self.past.counted,
@@ -137,12 +134,9 @@ class Reporter:
             self._formers = past, pose, past.formers(pose)
         return self._formers[2]
 
-    def _seen(self) -> Seen | None:
-        return self.memory.seen if self.answer is not None and self.answer.wants_map else None
-
     def _see(self, pose: Pose, senses: Senses, now_s: float) -> list[Command]:
         """Rule 2."""
-        question = None if self.answer is None else self.answer.question
+        question = self.answer.question
         if question is None or (self._look is not None and self._look.number == question.number):
             return []
         if question.place is not None:

@@ -51,8 +51,6 @@ class TurnTaker:
             places_xy(join.strand), places_xy(join.waiting), places_xy(join.line), join.last_leg
         )
         self._step: StepPlanned | None = None
-        self._gives_up = False
-        """Whether the step in hand ends where the robot comes to stand."""
         self._stood_at: tuple[float, float] | None = None
         self._stood_at_s = self._looks_again_s = 0.0
         self.has_moved = False
@@ -65,15 +63,15 @@ class TurnTaker:
         commands = self._watch.look(now_s)
         if self._step is not None and self._watch.gives_up(now_s):
             self._watch.begin_again()
-            self._gives_up = True
+            self._step = None
             driver.stand()
         if not driver.standing:
             return commands
         step = self._step
-        if step is not None and driver.progress_m < step.reach_m and not self._gives_up:
+        if step is not None and driver.progress_m < step.reach_m:
             driver.to(step.target, reach_m=step.reach_m)
             return commands
-        self._step, self._gives_up = None, False
+        self._step = None
         if now_s < self._looks_again_s:
             return commands
         scan = self._senses.take()
