@@ -32,7 +32,7 @@ from protocol.fence import Epoch, Fence, May
 from protocol.mission import Mission
 from protocol.wire.codec import fits
 from protocol.wire.messages import Odometry
-from protocol.wire.view import Join, Report
+from protocol.wire.view import Report
 
 SLOW_PENALTY = 2.0  # for a robot that does nothing in its turn: it is left out for half a minute
 
@@ -64,7 +64,6 @@ class Coordinator:
         self._draft = Draft(mission, intent.cause)
         self._turns = Turns(Fence(epoch=epoch), timing, now_s)
         self._telling = Telling(timing, self._reported, self._questions, self._turns, self._draft)
-        self._join: Join | None = None
         self._no_room: set[int] = set()
         """Who had no turn, since no message can say where the strand ends."""
 
@@ -97,7 +96,7 @@ class Coordinator:
             commands += self._turns.repeat(now_s)
         elif self.phase is not Phase.FORMED:
             commands += self._go_on(fence, now_s)
-        return commands + self._telling.act(odometry, now_s, join=self._join, map_from=self._map_from)
+        return commands + self._telling.act(odometry, now_s, map_from=self._map_from)
 
     # --- phases -------------------------------------------------------------------------------------
 
@@ -193,8 +192,7 @@ class Coordinator:
             case int(robot):
                 join = draft.join(robot, reports, fence.turn + 1)
                 if fits(join):
-                    self._join = join
-                    self._telling.ask({robot})
+                    self._telling.give_turn(robot, join)
                     life = reports[robot].life
                     return self._turns.put(fence, now_s, may=May.ONE, robot=robot, life=life)
                 self._no_room.add(robot)

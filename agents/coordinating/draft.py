@@ -103,11 +103,8 @@ class Draft:
     def begin(self, reports: Reports, obstacle_m: Mapping[int, float], led: tuple[int, ...]) -> None:
         """Compute the order of the robots that have reported. `settle` finds those in place, after all looks.
 
-        Args:
-            reports: of the view.
-            obstacle_m: without a goal, each robot's distance from the nearest obstacle; empty: there is no
-                order before they have looked around.
-            led: the robots that are to lead only after all others, as counted before this view.
+        `obstacle_m`: without a goal, each robot's distance from the nearest obstacle; empty: no order before
+        they have looked around. `led`: the robots that lead only after all others, as counted before.
         """
         places, goal = places_of(reports), self.mission.goal
         self.led = self.led or led

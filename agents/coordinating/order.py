@@ -57,13 +57,7 @@ def nearest_to(goal: Point | None, places: Places) -> int:
 
 
 def order_at_start(places: Places, goal: Point | None, obstacle_m: Mapping[int, float]) -> tuple[int, ...]:
-    """Rules 1 and 2.
-
-    Args:
-        places: where the robots stand.
-        goal: the mission's.
-        obstacle_m: without a goal, each robot's distance from the nearest obstacle.
-    """
+    """Rules 1 and 2; without a goal, `obstacle_m` is each robot's distance from the nearest obstacle."""
     if goal is None:
         return chain(places, min(places, key=lambda robot: (obstacle_m[robot], robot)))
     nearest = chain(places, nearest_to(goal, places))

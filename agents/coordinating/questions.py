@@ -51,12 +51,8 @@ class Questions:
     ) -> list[int]:
         """Ask all robots but the leader to look at their legs; returns the robots that have a new question.
 
-        Args:
-            order: leader first; empty: all are to look how far off the nearest obstacle is.
-            reports: of the view.
-            now_s: the time.
-            turn: the newest turn that has been put.
-            keeps: whether robots may tell legs of former strands.
+        Without an `order`, all are to look how far off the nearest obstacle is. `turn`: the newest that has
+        been put; `keeps`: whether robots may tell legs of former strands.
         """
         ahead_of: dict[int, Report | None] = dict.fromkeys(reports)
         if order:

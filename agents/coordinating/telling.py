@@ -36,6 +36,8 @@ class Telling:
     """The formation, once it is made."""
     _due: set[int] = field(default_factory=set)
     """Whom to answer."""
+    _join: Join | None = None
+    """For the robot that has the turn."""
     _made_s: float = -float("inf")
     _news_at_s: float = -float("inf")
 
@@ -51,17 +53,13 @@ class Telling:
         """There is something to tell these robots: they are answered at the next `act`."""
         self._due.update(robots)
 
-    def act(
-        self, odometry: Odometry, now_s: float, *, join: Join | None, map_from: Set[int]
-    ) -> list[Command]:
-        """Answer all reports, and repeat news if it is time.
+    def give_turn(self, robot: int, join: Join) -> None:
+        """A robot gets the turn: tell it where the strand ends that it joins."""
+        self._join = join
+        self.ask({robot})
 
-        Args:
-            odometry: the coordinator's newest.
-            now_s: the time.
-            join: what the robot that has the turn is to know.
-            map_from: the robot that has to tell its map, if there is one.
-        """
+    def act(self, odometry: Odometry, now_s: float, *, map_from: Set[int]) -> list[Command]:
+        """Answer all reports, and repeat news if it is time; `map_from`: whose map is wanted."""
         if is_due(last_s=self._news_at_s, every_s=self.timing.report_s, now_s=now_s):
             self._news_at_s = now_s
             self._due |= self._hear_no_news(odometry, now_s, map_from)
@@ -71,8 +69,7 @@ class Telling:
             if self.plan is not None and self.plan.lives.get(robot) == report.life:
                 commands += [Say(robot, piece) for piece in self.plan.pieces(robot)]
             else:
-                answer = self._answer(robot, report, join=join, wants_map=robot in map_from)
-                commands.append(Say(robot, answer))
+                commands.append(Say(robot, self._answer(robot, report, wants_map=robot in map_from)))
         self._due.clear()
         return commands
 
@@ -87,7 +84,7 @@ class Telling:
             news |= {odometry.fence.robot} & counted.keys()
         return news | {robot for robot in map_from if counted[robot].seen is None}
 
-    def _answer(self, robot: int, report: Report, *, join: Join | None, wants_map: bool) -> Answer:
+    def _answer(self, robot: int, report: Report, *, wants_map: bool) -> Answer:
         has_turn, strand = self.turns.holder == robot, self.draft.strand
         return Answer(
             epoch=self.turns.newest.epoch,
@@ -96,7 +93,7 @@ class Telling:
             after_turn=self.turns.put_for[robot],
             out=self.plan is not None,
             question=None if has_turn else self.questions.pending(robot),  # a message has room for one
-            join=join if has_turn else None,
+            join=self._join if has_turn else None,
             rank=strand.index(robot) if robot in strand else None,
             wants_map=wants_map,
         )

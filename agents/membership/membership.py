@@ -17,12 +17,13 @@ from agents.commands import Command, Note, Say
 from agents.coordinating.coordinator import Coordinator
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
+from agents.membership.joining import Joining
 from agents.membership.places import Past
 from agents.membership.pleas import Pleas
 from agents.membership.proposing import Proposing
 from agents.membership.reporting import Reporter
 from agents.membership.states import Happening, State, after
-from agents.membership.turn import OwnTurns
+from agents.membership.turn import TurnTaker
 from agents.strand.member import Member
 from agents.strand.memory import Memory
 from protocol.fence import NOBODY_NUMBER, Epoch, Fence, May, in_force
@@ -57,7 +58,8 @@ class Membership:
         self._again = again
         self._has_begun = False
         self._reporter = Reporter(Epoch(), life, mission, self._timing, self._memory, Past(), heard_at_s=0.0)
-        self._turns = OwnTurns(life, mission, driver, senses)
+        self._joining = Joining(mission)
+        self._turn: TurnTaker | None = None
         self._own_number = 0
 
     # --- rule 1 -------------------------------------------------------------------------------------
@@ -74,8 +76,11 @@ class Membership:
             return []
         before, self.fence = self.fence, self._driver.odometry.fence
         fence = self.fence
-        if self._turns.end():
-            self._reporter.leave_places()
+        if self._turn is not None:
+            self._joining.release()
+            if self._turn.has_moved:
+                self._reporter.leave_places()
+            self._turn = None
         self._happen(Happening.NEWER_FENCE)
         commands = self._bind(now_s) if fence.epoch != before.epoch else []
         self._proposing.enter(fence, now_s)
@@ -202,14 +207,16 @@ class Membership:
         return self._reporter.act(driver, self._senses, now_s)
 
     def _join(self, now_s: float) -> list[Command]:
-        reporter = self._reporter
-        join = reporter.join(self.fence.turn)
+        join = self._reporter.join(self.fence.turn)
         if join is None:
             return self._report(now_s)
-        commands, ended = self._turns.act(join, self.fence, now_s)
-        if ended is None:
+        if self._turn is None:
+            parts = self._mission, self._driver, self._senses
+            self._turn = TurnTaker(*parts, self._joining, join, life=self._life)
+        commands = self._turn.act(now_s)
+        if self._turn.ended is None:
             return commands
-        reporter.end_turn(ended)
+        self._reporter.end_turn(self._turn.ended)
         return commands + self._report(now_s)
 
     def _plead(self, now_s: float) -> list[Command]:

@@ -51,14 +51,9 @@ class Pleas:
         self._asked.clear()
 
     def hear(self, robot: int, now_s: float, *, stood_s: float, arrived: bool, may_lead: bool) -> None:
-        """A robot asks this leader to be let in (rules 1 and 3).
+        """A robot asks this leader to be let in (rules 1 and 3); all bodies have stood for `stood_s`.
 
-        Args:
-            robot: the one that asks.
-            now_s: the time.
-            stood_s: for how long all bodies have stood.
-            arrived: whether this leader has.
-            may_lead: whether this leader knows no way on, and that robot may lead.
+        `arrived`: whether this leader has; `may_lead`: whether it knows no way on, and that robot may lead.
         """
         self._has_arrived = arrived
         is_stranded = now_s - self._stranded_s.get(robot, -float("inf")) <= stood_s + self.timing.gap_s

@@ -19,7 +19,7 @@ from agents.membership.stands import Stands
 from agents.navigation.scan import View
 from agents.navigation.step import LookCloser, NoStep
 from protocol.arrays import places_xy, xy
-from protocol.fence import Bearing, Fence
+from protocol.fence import Bearing
 from protocol.mission import Mission
 from protocol.timeline import RobotBlocked, RobotPlaced, StepPlanned
 from protocol.wire.view import Join
@@ -39,8 +39,12 @@ class TurnTaker:
     """What one robot does in its turn."""
 
     def __init__(
-        self, mission: Mission, driver: Driver, senses: Senses, joining: Joining, join: Join
+        self, mission: Mission, driver: Driver, senses: Senses, joining: Joining, join: Join, *, life: int
     ) -> None:
+        """Begin the turn that odometry's fence gives to this life; `joining` outlives a turn."""
+        fence = driver.odometry.fence
+        driver.begin(0.0, Bearing(epoch=fence.epoch, turn=fence.turn, life=life))
+        joining.begin(xy(driver.odometry.pose), epoch=fence.epoch.number, robots=join.robots)
         self._mission = mission
         self._driver = driver
         self._senses = senses
@@ -115,33 +119,3 @@ class TurnTaker:
     def _patience_s(self) -> float:
         """Rule 3."""
         return PATIENCE_S if self.has_moved else PATIENCE_S / (1 + len(self._join.waiting))
-
-
-class OwnTurns:
-    """What one robot keeps from turn to turn."""
-
-    def __init__(self, life: int, mission: Mission, driver: Driver, senses: Senses) -> None:
-        self._life = life
-        self._mission = mission
-        self._driver = driver
-        self._senses = senses
-        self._joining = Joining(mission)
-        self._taker: TurnTaker | None = None
-
-    def act(self, join: Join, fence: Fence, now_s: float) -> tuple[list[Command], Ended | None]:
-        """What is to be done in the turn that this fence gives; and how it has ended, if it has."""
-        if self._taker is None:
-            bearing = Bearing(epoch=fence.epoch, turn=fence.turn, life=self._life)
-            self._driver.begin(0.0, bearing)
-            here = xy(self._driver.odometry.pose)
-            self._joining.begin(here, epoch=fence.epoch.number, robots=join.robots)
-            self._taker = TurnTaker(self._mission, self._driver, self._senses, self._joining, join)
-        return self._taker.act(now_s), self._taker.ended
-
-    def end(self) -> bool:
-        """The robot has no turn any more; whether it may have moved in its last one."""
-        taker, self._taker = self._taker, None
-        if taker is None:
-            return False
-        self._joining.release()
-        return taker.has_moved
