@@ -82,8 +82,8 @@ class Membership:
                 self._reporter.leave_places()
             self._turn = None
         self._happen(Happening.NEWER_FENCE)
-        commands = self._bind(now_s) if fence.epoch != before.epoch else []
         self._proposing.enter(fence, now_s)
+        commands = self._bind(now_s) if fence.epoch != before.epoch else []
         if fence.may is May.ONE and fence.names(self._robot, self._life):
             self._happen(Happening.NAMED)
         return commands
@@ -94,10 +94,9 @@ class Membership:
     def _bind(self, now_s: float) -> list[Command]:
         """There is a newer epoch: leave whatever this robot is in."""
         self._happen(Happening.NEWER_EPOCH)
-        epoch, past = self.fence.epoch, self._reporter.past
-        if self.member is not None:
-            past = past.with_strand(self.member)
-        intent = self._proposing.intent(self.member, past.neighbours)
+        epoch, past, member = self.fence.epoch, self._reporter.past, self.member
+        if member is not None:
+            past = past.with_strand(member)
         self.member = self.coordinator = None
         self._pleas.forget()
         self._senses.forget()
@@ -108,9 +107,9 @@ class Membership:
             self.coordinator = Coordinator(
                 epoch,
                 mission=self._mission,
-                timing=self._proposing.timing_in(epoch),
+                timing=self._proposing.timing,
                 suspicion=self.suspicion,
-                intent=intent,
+                intent=self._proposing.intent(member, past.neighbours),
                 now_s=now_s,
             )
         return [Note(ViewJoined(epoch=epoch.number))]

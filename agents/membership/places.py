@@ -48,15 +48,9 @@ class OldPlace:
         along_m = float(lengths_m[:segment].sum() + np.hypot(*(nearest[segment] - corners[segment])))
         s_m = min(self.progress_m + along_m, self.path.end_m)
         leg = self._leg(s_m)
-        leg_from_m = None if leg is None else self.behind_m
-        return Former(
-            epoch=self.epoch,
-            rank=self.rank,
-            s_m=s_m,
-            at=self.path.at(s_m),
-            leg_from_m=leg_from_m,
-            corners=leg or (),
-        )
+        from_m = None if leg is None else self.behind_m
+        at = self.path.at(s_m)
+        return Former(epoch=self.epoch, rank=self.rank, s_m=s_m, at=at, leg_from_m=from_m, corners=leg or ())
 
     def _leg(self, to_m: float) -> tuple[Vertex, ...] | None:
         """Corners of the path from the robot behind on; None if there are too many, or is no such robot."""

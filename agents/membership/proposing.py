@@ -23,7 +23,7 @@ from agents.liveness.timing import Timing
 from agents.membership.pleas import Pleas
 from agents.membership.reporting import Reporter
 from agents.strand.member import Member
-from protocol.fence import Cause, Epoch, Fence, May
+from protocol.fence import Cause, Fence, May
 from protocol.frames import Point
 from protocol.timeline import LinkBroken, StrandDissolved, StrandReversed
 from protocol.wire.messages import Odometry
@@ -34,7 +34,8 @@ class Proposing:
 
     def __init__(self, robot: int, life: int, timing: Timing, suspicion: Suspicion, pleas: Pleas) -> None:
         self._robot = robot
-        self._timing = timing
+        self._timing = self.timing = timing
+        """`timing`: in this epoch."""
         self._suspicion = suspicion
         self._pleas = pleas
         self._raising = Raising(robot, life, timing)
@@ -46,13 +47,10 @@ class Proposing:
     def enter(self, fence: Fence, now_s: float) -> None:
         """Odometry tells a newer fence."""
         self._raising.enter(fence)
+        self.timing = self._timing.slower(self._raising.in_vain(fence.epoch.generation) - 1)
         self._turn_s = now_s
         if fence.may is May.ALL:
             self._led_by, self._leader_heard_s = fence.robot, now_s
-
-    def timing_in(self, epoch: Epoch) -> Timing:
-        """The times in this epoch."""
-        return self._timing.slower(self._raising.in_vain(epoch.generation) - 1)
 
     def leader_answers(self, now_s: float) -> None:
         """The leader has answered a plea."""
@@ -111,28 +109,20 @@ class Proposing:
 
     def _for_bound(self, odometry: Odometry, reporter: Reporter, now_s: float) -> Reason | None:
         """Rule 2."""
-        epoch = odometry.fence.epoch
-        coordinator = epoch.robot
+        coordinator = odometry.fence.epoch.robot
         heard_s = max(self._turn_s, reporter.heard_at_s)
+        # Where own reports are lost there are no answers either; others that move show that the view goes on.
         idle_s = min(odometry.stood_s, now_s - self._turn_s)
+        is_deaf = min(idle_s, now_s - reporter.heard_at_s) > self.timing.coordinator_s
         if self._suspicion.has_gone(coordinator, heard_s, now_s):
             why = f"robot {coordinator} coordinated, and its token has gone"
-        elif self._is_deaf(epoch, min(idle_s, now_s - reporter.heard_at_s), now_s):
+        elif is_deaf and self._suspicion.judges(now_s):
             why = f"robot {coordinator} coordinates, and is silent"
         elif idle_s > self._timing.stood_s:
             why = "nobody has moved, and there was no turn"
         else:
             return None
         return Reason(Cause.COORDINATOR_LOST, why, coordinator)
-
-    def _is_deaf(self, epoch: Epoch, waits_s: float, now_s: float) -> bool:
-        """Whether the coordinator has answered nothing for so long, given no turn, and nobody has moved.
-
-        A robot whose own reports are lost has no answers either; others that move show that the view goes on.
-        """
-        # First: the first epoch's time is the shortest of all, and needs no new `Timing`.
-        may_be_so = waits_s > self._timing.coordinator_s and self._suspicion.judges(now_s)
-        return may_be_so and waits_s > self.timing_in(epoch).coordinator_s
 
     def _for_outsider(self, odometry: Odometry, reporter: Reporter, now_s: float) -> Reason | None:
         """Rule 4."""
