@@ -38,7 +38,6 @@ class Turning:
     turnabout: Turnabout
     """Where the new path begins and ends, in arc lengths of the old one."""
     formation: Formation
-    """The strand's."""
     path: Path
     """The old one, as the robot that leads knows it."""
 

@@ -171,6 +171,13 @@ class Coordinator:
         closes = self.phase is Phase.CLOSING and fence.may is not May.ONE and not self._awaited(now_s)
         return commands + (self._close(fence, now_s) if closes else [])
 
+    def _drop(self, robot: int, now_s: float) -> None:
+        """Rule 3."""
+        self._reported.drop(robot)
+        self._draft.drop(robot)
+        if self.phase is not Phase.GATHERING:
+            self._enter(Phase.GATHERING, now_s)
+
     def _look(self, obstacle_m: Mapping[int, float], now_s: float) -> None:
         """Ask robots to look at the legs of the next order; without a goal, first at what is near them."""
         draft, reports, turn = self._draft, self._reports, self._turns.newest.turn
@@ -239,12 +246,3 @@ class Coordinator:
         told, order = self._telling.tell(plan, now_s), plan.order
         put = self._turns.put(fence, now_s, may=May.ALL, robot=order[0], members=len(order))
         return [Note(plan.as_record()), *told, *put]
-
-    # --- who is there ---------------------------------------------------------------------------------
-
-    def _drop(self, robot: int, now_s: float) -> None:
-        """Rule 3."""
-        self._reported.drop(robot)
-        self._draft.drop(robot)
-        if self.phase is not Phase.GATHERING:
-            self._enter(Phase.GATHERING, now_s)

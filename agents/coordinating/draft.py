@@ -74,13 +74,12 @@ class Draft:
 
     mission: Mission
     cause: Cause
-    """Why there is a view."""
     led: tuple[int, ...] = ()
     """The robots that lead only after all others: they have led in vain, in this view or before."""
     order: Order = ()
     """The order that is tried."""
     strand: Order = ()
-    """The robots in place."""
+    """The robots in place (rule 1)."""
     legs: dict[int, tuple[Point, ...]] = field(default_factory=dict)
     """Those that the robot ahead has driven, by the robot behind."""
     _stayed: Order = ()

@@ -34,7 +34,6 @@ class _Asked:
     turn: int
     """The newest turn that had been put."""
     look: Look | None = None
-    """The answer."""
 
 
 @dataclass(slots=True)

@@ -46,13 +46,11 @@ class Reporter:
     heard_at_s: float
     """When the coordinator was heard last, or the view began."""
     answer: Answer = NO_ANSWER
-    """The newest."""
     ended: Ended = NO_TURN
     """Its newest turn in this view."""
     formed_s: float = math.inf
     """When the first piece of the formation came."""
     assembly: Assembly = field(default_factory=Assembly)
-    """Of the formation."""
     _said: Report | None = None
     _said_at_s: float = -float("inf")
     _formers: tuple[Past, Pose, tuple[Former, ...]] | None = None
