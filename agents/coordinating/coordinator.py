@@ -58,8 +58,9 @@ class Coordinator:
         self._since_s = now_s
         """When its phase began."""
         self._questions = Questions(mission, timing)
-        self._reported = Reported(suspicion, mission.robots, now_s)
-        self._reports: Mapping[int, Report] = self._reported.counted
+        self._reports: dict[int, Report] = {}
+        """Those that count."""
+        self._reported = Reported(suspicion, mission.robots, self._reports, now_s)
         self._agreement = Agreement(epoch, intent, mission, self._reports)
         self._draft = Draft(mission, intent.cause)
         self._turns = Turns(Fence(epoch=epoch), timing, now_s)
@@ -77,7 +78,7 @@ class Coordinator:
         known = self._reports.get(robot)
         if known is not None and known.life != report.life:
             self._drop(robot, now_s)
-        self._reported.count(robot, report)
+        self._reports[robot] = report
         self._questions.hear(robot, report.look)
 
     def drafted(self, now_s: float) -> Drafted:
@@ -140,9 +141,8 @@ class Coordinator:
     @property
     def _map_from(self) -> Set[int]:
         """CLOSING: the robot that is to tell its map, if the leader has an older one."""
-        return (
-            self._agreement.newer_map(self._draft.strand[0]) if self.phase is Phase.CLOSING else frozenset()
-        )
+        closes = self.phase is Phase.CLOSING
+        return self._agreement.newer_map(self._draft.strand[0]) if closes else frozenset()
 
     def _go_on(self, fence: Fence, now_s: float) -> list[Command]:
         # Silence counts from the phase's begin on: while a robot drove, it had nothing to report.
@@ -173,7 +173,7 @@ class Coordinator:
 
     def _drop(self, robot: int, now_s: float) -> None:
         """Rule 3."""
-        self._reported.drop(robot)
+        del self._reports[robot]
         self._draft.drop(robot)
         if self.phase is not Phase.GATHERING:
             self._enter(Phase.GATHERING, now_s)

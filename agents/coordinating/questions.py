@@ -9,7 +9,7 @@ Rule 3: a robot that does not answer in time counts as one that does not see its
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -24,7 +24,7 @@ from protocol.wire.view import Look, Question, Report
 OTHERS_MAX = 64  # robots that a scan may show beside a leg
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class _Asked:
     question: Question
     at: Pose
@@ -84,7 +84,8 @@ class Questions:
         """Take in an answer."""
         asked = self._asked.get(robot)
         if look is not None and asked is not None and look.number == asked.question.number:
-            asked.look = look if self._may_be_driven(look.way, asked) else Look(number=look.number)
+            look = look if self._may_be_driven(look.way, asked) else Look(number=look.number)
+            self._asked[robot] = replace(asked, look=look)
 
     def pending(self, robot: int) -> Question | None:
         """What a robot has not answered yet."""

@@ -6,7 +6,7 @@ Rule 2: once the formation is made, no report counts any more. A report of a rob
         does not count for as long as that lasts.
 """
 
-from collections.abc import Collection, Iterable, Set
+from collections.abc import Collection, Iterable, Mapping, Set
 from dataclasses import dataclass, field
 
 from agents.coordinating.turns import Turns
@@ -25,10 +25,10 @@ class Reported:
     suspicion: Suspicion
     robots: int
     """How many robots the mission has."""
+    counted: Mapping[int, Report]
+    """The newest of each robot whose reports count."""
     _looked_s: float
     """When lost robots were looked for last; at first: since when there is the view."""
-    counted: dict[int, Report] = field(default_factory=dict)
-    """The newest of each robot whose reports count."""
     said: dict[int, Report] = field(default_factory=dict)
     """What each robot has said last, whether it counts or not."""
     _heard_s: dict[int, float] = field(default_factory=dict)
@@ -44,14 +44,6 @@ class Reported:
         known = self.counted.get(robot)
         is_new = known is None or known.life != report.life or known.number < report.number
         return is_new and robot not in self.suspicion.suppressed(now_s)
-
-    def count(self, robot: int, report: Report) -> None:
-        """From now on this report counts."""
-        self.counted[robot] = report
-
-    def drop(self, robot: int) -> None:
-        """The reports of a robot count no more."""
-        del self.counted[robot]
 
     def old(self, robots: Iterable[int], turns: Turns) -> set[int]:
         """Those of these robots whose place may be older than their own last turn."""

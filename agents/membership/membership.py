@@ -210,8 +210,9 @@ class Membership:
         if join is None:
             return self._report(now_s)
         if self._turn is None:
-            parts = self._mission, self._driver, self._senses
-            self._turn = TurnTaker(*parts, self._joining, join, life=self._life)
+            self._turn = TurnTaker(
+                self._mission, self._driver, self._senses, self._joining, join, life=self._life
+            )
         commands = self._turn.act(now_s)
         if self._turn.ended is None:
             return commands

@@ -138,10 +138,10 @@ OF_VIEWS = (
         (
             Edit(
                 "agents/coordinating/coordinator.py",
-                "        self._reported.count(robot, report)\n",
+                "        self._reports[robot] = report\n",
                 "        kept = {} if known is None else {'place': known.place}\n"
                 "        report = __import__('msgspec').structs.replace(report, **kept)\n"
-                "        self._reported.count(robot, report)\n",
+                "        self._reports[robot] = report\n",
             ),
             Edit("agents/strand/member.py", "self._misfit = off_m > mission.mu0_m", "self._misfit = False"),
         ),
