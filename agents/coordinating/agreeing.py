@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from agents.commands import Command, Note
 from agents.coordinating.folding import Legs
 from agents.coordinating.formation import Laid, Plan, lay_path
-from agents.coordinating.order import places_of, positions
+from agents.coordinating.order import Reports, places_of, positions
 from agents.liveness.reason import Turnabout
 from agents.strand.member import IN_VAIN_MAX
 from protocol.arrays import distances_to_segments, xy
@@ -22,9 +22,8 @@ from protocol.mission import Mission
 from protocol.path import Path
 from protocol.timeline import RobotStranded
 from protocol.wire.codec import fits
-from protocol.wire.view import Counters, Formation, Report
+from protocol.wire.view import Counters, Formation
 
-Reports = Mapping[int, Report]
 NO_WAY = "it finds no way to a place behind the others"
 NO_ROOM = "the strand has too many robots and corners for one message: make several fleets"
 IN_VAIN = 2  # attempts of a strand: one by each of its ends, or by two of its robots

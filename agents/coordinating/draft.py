@@ -25,6 +25,7 @@ import numpy as np
 
 from agents.coordinating.folding import line_of, robots_in_place
 from agents.coordinating.order import (
+    Reports,
     former_order,
     in_front,
     kept_order,
@@ -37,9 +38,8 @@ from agents.coordinating.questions import points
 from protocol.fence import Cause
 from protocol.frames import Point
 from protocol.mission import Mission
-from protocol.wire.view import Join, Look, Report
+from protocol.wire.view import Join, Look
 
-Reports = Mapping[int, Report]
 Order = tuple[int, ...]
 """Robots, leader first."""
 

@@ -20,9 +20,10 @@ from protocol.frames import Point, Pose
 from protocol.wire.view import Report
 
 Places = Mapping[int, Pose]
+Reports = Mapping[int, Report]
 
 
-def places_of(reports: Mapping[int, Report]) -> Places:
+def places_of(reports: Reports) -> Places:
     """Where the robots stand that have reported."""
     return {robot: report.place for robot, report in sorted(reports.items())}
 
@@ -71,7 +72,7 @@ def order_at_start(places: Places, goal: Point | None, obstacle_m: Mapping[int, 
     return min(candidates, key=lambda order: (way_m(order), order[0]))
 
 
-def former_order(reports: Mapping[int, Report]) -> tuple[int, ...]:
+def former_order(reports: Reports) -> tuple[int, ...]:
     """Rule 3: the robots that stayed in the newest formation or draft in which any did, in its order."""
     ranks = {(former.epoch.number, robot): former.rank for robot, report in reports.items()
              for former in report.formers}  # fmt: skip

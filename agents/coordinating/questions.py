@@ -8,13 +8,13 @@ Rule 3: a robot that does not answer in time counts as one that does not see its
         does not begin that time anew: two such times are longer than the others wait for a turn.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 
-from agents.coordinating.order import apart_m, places_of, positions
+from agents.coordinating.order import Reports, apart_m, places_of, positions
 from agents.liveness.timing import Timing
 from protocol.frames import Point, Pose
 from protocol.legs import off_place_m_max
@@ -46,7 +46,7 @@ class Questions:
     _count: int = 0
 
     def ask(
-        self, order: Sequence[int], reports: Mapping[int, Report], now_s: float, *, turn: int, keeps: bool
+        self, order: Sequence[int], reports: Reports, now_s: float, *, turn: int, keeps: bool
     ) -> list[int]:
         """Ask all robots but the leader to look at their legs; returns the robots that have a new question.
 

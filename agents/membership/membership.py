@@ -158,11 +158,7 @@ class Membership:
         if self.coordinator is not None:
             commands = self._deliver(commands, now_s)
             commands += self._deliver(self.coordinator.act(self._driver.odometry, now_s), now_s)
-        proposed = self._proposing.act(
-            self._driver.odometry, self._reporter, self.member, now_s,
-            coordinates=self.coordinator is not None,
-        )  # fmt: skip
-        return commands + proposed
+        return commands + self._proposing.act(self._driver.odometry, self._reporter, self.member, now_s)
 
     def _take_place(self, now_s: float) -> None:
         whole = self._reporter.assembly.whole

@@ -23,7 +23,7 @@ from agents.liveness.timing import Timing
 from agents.membership.pleas import Pleas
 from agents.membership.reporting import Reporter
 from agents.strand.member import Member
-from protocol.fence import Cause, Fence, May
+from protocol.fence import NOBODY_NUMBER, Cause, Fence, May
 from protocol.frames import Point
 from protocol.timeline import LinkBroken, StrandDissolved, StrandReversed
 from protocol.wire.messages import Odometry
@@ -34,6 +34,7 @@ class Proposing:
 
     def __init__(self, robot: int, life: int, timing: Timing, suspicion: Suspicion, pleas: Pleas) -> None:
         self._robot = robot
+        self._life = life
         self._timing = self.timing = timing
         """`timing`: in this epoch."""
         self._suspicion = suspicion
@@ -69,25 +70,19 @@ class Proposing:
         return replace(intent, turning=Turning(reason.turnabout, member.formation, member.path))
 
     def act(
-        self,
-        odometry: Odometry,
-        reporter: Reporter,
-        member: Member | None,
-        now_s: float,
-        *,
-        coordinates: bool,
+        self, odometry: Odometry, reporter: Reporter, member: Member | None, now_s: float
     ) -> list[Command]:
         """Propose a view if there is a reason to."""
-        fence = odometry.fence
-        if fence.epoch.robot == 0:
+        fence, reason = odometry.fence, None
+        if fence.epoch.robot == NOBODY_NUMBER:
             cause = Cause.START if fence.epoch.generation == 0 else Cause.COORDINATOR_LOST
-            reason: Reason | None = Reason(cause, "nobody coordinates")
+            reason = Reason(cause, "nobody coordinates")
         elif member is not None:
             reason = self._for_member(member, odometry, reporter, now_s)
         elif fence.may is May.ALL:
             reason = self._for_outsider(odometry, reporter, now_s)
-        else:
-            reason = None if coordinates else self._for_bound(odometry, reporter, now_s)
+        elif (fence.epoch.robot, fence.epoch.life) != (self._robot, self._life):  # another one coordinates
+            reason = self._for_bound(odometry, reporter, now_s)
         commands = self._raising.want(reason, fence, now_s)
         if reason is None or member is None or not any(isinstance(each, Note) for each in commands):
             return commands

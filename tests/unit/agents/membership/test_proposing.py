@@ -54,7 +54,7 @@ def raised_at_s(*, last_moved_s: float) -> float | None:
         told = odometry(tenth, TURN, stood_s=max(0.0, now_s - last_moved_s))
         driver.hear(told)
         reporter.act(driver, senses, now_s)
-        commands = proposing.act(told, reporter, None, now_s, coordinates=False)
+        commands = proposing.act(told, reporter, None, now_s)
         if any(isinstance(command, Put) for command in commands):
             return now_s
     return None
@@ -89,7 +89,7 @@ def test_where_no_body_moves_one_that_is_left_out_raises_as_any_robot_only_if_th
         now_s = tenth / 10.0
         suspicion.live(now_s)
         told = odometry(tenth, fence, stood_s=now_s)
-        commands = proposing.act(told, reporter, None, now_s, coordinates=False)
+        commands = proposing.act(told, reporter, None, now_s)
         puts = [each.change for each in commands if isinstance(each, Put)]
         raises += [each.cause is Cause.OUTSIDERS for each in puts if isinstance(each, Raise)]
     assert raises[0]
