@@ -67,11 +67,10 @@ class Reported:
         if now_s == self._looked_s or not self.suspicion.judges(now_s):
             return []
         self._looked_s = now_s
-        silent = {robot for robot in owing if now_s - self._heard_s[robot] > silent_s}
-        gone = {
-            robot for robot in self.counted if self.suspicion.has_gone(robot, self._heard_s[robot], now_s)
-        }
-        return sorted((gone | silent) - {own})
+        heard_s = self._heard_s
+        lost = {robot for robot in owing if now_s - heard_s[robot] > silent_s}
+        lost |= {robot for robot in self.counted if self.suspicion.has_gone(robot, heard_s[robot], now_s)}
+        return sorted(lost - {own})
 
     def left_out(self, in_place: Collection[int], tried: Set[int], now_s: float) -> dict[int, str]:
         """Each robot of the mission that is not in place, and why; for people: this decides nothing."""
