@@ -25,6 +25,11 @@ def places_xy(places: Sequence[Point | Pose | Vertex]) -> Floats:
     return np.array([(at.x_m, at.y_m) for at in places]).reshape(-1, 2)
 
 
+def points_of(places: Floats) -> tuple[Point, ...]:
+    """The same, back from an array."""
+    return tuple(Point(x_m=x_m, y_m=y_m) for x_m, y_m in places.tolist())
+
+
 def scan_bearings_rad(directions: int) -> Floats:
     """The directions of a scan: evenly spaced, anti-clockwise from -pi [world frame]."""
     return np.asarray(-np.pi + 2.0 * np.pi * np.arange(directions) / directions)

@@ -34,7 +34,7 @@ from agents.coordinating.order import (
     places_of,
     positions,
 )
-from agents.coordinating.questions import points
+from protocol.arrays import points_of
 from protocol.fence import Cause
 from protocol.frames import Point
 from protocol.mission import Mission
@@ -141,10 +141,10 @@ class Draft:
         waiting = [other for other in places if other != robot and other not in front]
         return Join(
             turn=turn,
-            strand=points(positions(places, front)),
-            waiting=points(positions(places, waiting)),
+            strand=points_of(positions(places, front)),
+            waiting=points_of(positions(places, waiting)),
             robots=tuple(sorted((*front, *waiting))),
-            line=points(line),
+            line=points_of(line),
             last_leg=int((leg == leg[-1]).sum()) if len(leg) else 0,
         )
 

@@ -10,13 +10,12 @@ Rule 4: after an attempt in vain, the next leader is the one nearest to the goal
         lead. If all are, it is the first of them: it may stand elsewhere now, and so may those in its way.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from protocol.arrays import Floats, places_xy
-from protocol.frames import Point, Pose
+from protocol.frames import Point, Pose, apart_m
 from protocol.wire.view import Report
 
 Places = Mapping[int, Pose]
@@ -31,11 +30,6 @@ def places_of(reports: Reports) -> Places:
 def positions(places: Places, robots: Sequence[int]) -> Floats:
     """Where robots stand (n, 2) [world frame]."""
     return places_xy([places[robot] for robot in robots])
-
-
-def apart_m(one: Pose, other: Pose | Point) -> float:
-    """The distance between two places."""
-    return math.hypot(one.x_m - other.x_m, one.y_m - other.y_m)
 
 
 def chain(places: Places, leader: int) -> tuple[int, ...]:

@@ -14,9 +14,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from agents.coordinating.order import Reports, apart_m, places_of, positions
+from agents.coordinating.order import Reports, places_of, positions
 from agents.liveness.timing import Timing
-from protocol.frames import Point, Pose
+from protocol.arrays import Floats, points_of
+from protocol.frames import Point, Pose, apart_m
 from protocol.legs import off_place_m_max
 from protocol.mission import Mission
 from protocol.wire.view import Look, Question, Report
@@ -117,14 +118,9 @@ class Questions:
             return not way
         return apart_m(asked.at, way[0]) <= off_m_max and apart_m(place, way[-1]) <= off_m_max
 
-    def _beside(self, at: Pose, where: np.ndarray) -> tuple[Point, ...]:
+    def _beside(self, at: Pose, where: Floats) -> tuple[Point, ...]:
         """Where the nearest other robots stand that a scan from there may show."""
         off_m = np.hypot(where[:, 0] - at.x_m, where[:, 1] - at.y_m)
         near = np.flatnonzero((off_m > 0.0) & (off_m <= self.mission.leg_m_max + self.mission.robot_keep_m))
         nearest = near[np.argsort(off_m[near], kind="stable")[:OTHERS_MAX]]
-        return points(where[nearest])
-
-
-def points(places: np.ndarray) -> tuple[Point, ...]:
-    """Places (n, 2) as points with Python floats."""
-    return tuple(Point(x_m=float(x_m), y_m=float(y_m)) for x_m, y_m in places)
+        return points_of(where[nearest])

@@ -14,11 +14,10 @@ from typing import Self
 
 import numpy as np
 
-from agents.coordinating.order import apart_m
 from agents.strand.member import Member
 from protocol.arrays import nearest_on_segments, xy
 from protocol.fence import Epoch
-from protocol.frames import Point, Pose, Vertex
+from protocol.frames import Point, Pose, Vertex, apart_m
 from protocol.path import ON_LINE_M, THERE_M, Path
 from protocol.wire.view import FORMERS_MAX, LEG_CORNERS_MAX, Counters, Former
 

@@ -10,8 +10,6 @@ Rule 4 (liveness): a strand that turns round, dissolves, or whose leader knows n
         route is lost; it does so even if another robot has made that one. To back up is no further attempt.
 """
 
-import math
-
 from msgspec.structs import replace
 
 from agents.body.driver import Driver
@@ -29,7 +27,7 @@ from agents.strand.news import Own
 from agents.strand.reversing import Reversing
 from agents.strand.strand import Strand
 from protocol.fence import Bearing, Cause
-from protocol.frames import one_more
+from protocol.frames import apart_m, one_more
 from protocol.mission import Mission
 from protocol.path import Path
 from protocol.timeline import (
@@ -85,8 +83,7 @@ class Member:
         self._reversing = Reversing(driver, self._strand, self._advance, self._leading)
         self._following = Following(driver, self._strand, self._advance)
         self._joined = self._held = False
-        pose = driver.odometry.pose
-        off_m = math.hypot(pose.x_m - formation.place.x_m, pose.y_m - formation.place.y_m)
+        off_m = apart_m(driver.odometry.pose, formation.place)
         self._misfit = off_m > mission.mu0_m
         self._reason = (
             Reason(Cause.MISFIT, f"robot {robot} stands {off_m:.3f} m off its place", about=robot)
