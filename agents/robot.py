@@ -12,7 +12,7 @@ from typing import assert_never
 from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import Command, Order
-from agents.coordinating.drafted import Drafted
+from agents.coordinating.draft import Drafted
 from agents.coordinating.phases import Phase
 from agents.events import Event, LinkHeard, OdometryHeard, ScanHeard, TokensSeen, TokensWatched, ViewHeard
 from agents.membership.membership import Membership

@@ -1,5 +1,6 @@
 """The numpy array types of the project, and the geometry that robots and world share."""
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import TypeVar
 
@@ -17,6 +18,16 @@ Values = TypeVar("Values", Floats, Flags, Indices)
 def xy(at: Point | Pose | Vertex) -> Floats:
     """A place as an array (2,)."""
     return np.array([at.x_m, at.y_m])
+
+
+def places_xy(places: Sequence[Point | Pose | Vertex]) -> Floats:
+    """Places as an array (n, 2)."""
+    return np.array([(at.x_m, at.y_m) for at in places]).reshape(-1, 2)
+
+
+def points_of(places: Floats) -> tuple[Point, ...]:
+    """The same, back from an array."""
+    return tuple(Point(x_m=x_m, y_m=y_m) for x_m, y_m in places.tolist())
 
 
 def scan_bearings_rad(directions: int) -> Floats:

@@ -47,6 +47,11 @@ class Vertex(Struct, frozen=True, gc=False, kw_only=True):
     s_m: Length
 
 
+def apart_m(one: Point | Pose | Vertex, other: Point | Pose | Vertex) -> float:
+    """The distance between two places."""
+    return math.hypot(one.x_m - other.x_m, one.y_m - other.y_m)
+
+
 def one_more(count: int) -> int:
     """The next count. After the last that a message has room for, which a peer may have told, that again."""
     return min(count + 1, COUNT_MAX)

@@ -13,12 +13,10 @@ Rule 5 (F6): where obstacles move, an order to drive is kept from the body until
         permitted it.
 """
 
-import math
-
 from msgspec.structs import replace
 
 from protocol.fence import Bearing, in_force
-from protocol.frames import Point
+from protocol.frames import Point, apart_m
 from protocol.wire.messages import Drive, Odometry
 
 LATE_ORDERS = 1000  # more than a robot gives within the longest delay of an order
@@ -88,7 +86,7 @@ class Driver:
         self._compare()
         if self._sent_to is not None:
             target, reach_m = self._sent_to
-            remaining_m = math.hypot(target.x_m - odometry.pose.x_m, target.y_m - odometry.pose.y_m)
+            remaining_m = apart_m(target, odometry.pose)
             there = self._is_finished and self.drive.target is not None
             self.progress_m = max(self.progress_m, reach_m if there else reach_m - remaining_m)
         if self._is_dropped and self.drive.target is not None:
@@ -156,8 +154,7 @@ class Driver:
         """The earliest time at which the body may be at the current target, where the permission ends."""
         pose, target = self.odometry.pose, self.drive.target
         assert target is not None
-        left_m = math.hypot(target.x_m - pose.x_m, target.y_m - pose.y_m)
-        return self.odometry.t_s + left_m / self._speed_mps
+        return self.odometry.t_s + apart_m(target, pose) / self._speed_mps
 
     def _renew(self, target: Point | None, *, reach_m: float, step: int) -> None:
         until_s = NOT_PERMITTED_S if self._watched else None

@@ -15,12 +15,11 @@ Rule 4: what no message can tell has no place in the formation: robots without a
 Rule 5: it goes by phases (`agents.coordinating.phases`). A phase ends when it waits for no robot any more.
 """
 
-from collections.abc import Mapping, Set
+from collections.abc import Collection, Mapping, Set
 
 from agents.commands import Command, Note
-from agents.coordinating.agreeing import Agreement, Intent, newer_map
-from agents.coordinating.draft import Draft, NoTurn
-from agents.coordinating.drafted import Drafted, left_out
+from agents.coordinating.agreeing import Agreement, Intent
+from agents.coordinating.draft import Draft, Drafted, NoTurn
 from agents.coordinating.formation import Plan
 from agents.coordinating.phases import PHASES, Phase
 from agents.coordinating.questions import Questions
@@ -33,7 +32,7 @@ from protocol.fence import Epoch, Fence, May
 from protocol.mission import Mission
 from protocol.wire.codec import fits
 from protocol.wire.messages import Odometry
-from protocol.wire.view import Join, Report
+from protocol.wire.view import Report
 
 SLOW_PENALTY = 2.0  # for a robot that does nothing in its turn: it is left out for half a minute
 
@@ -43,7 +42,6 @@ class Coordinator:
 
     def __init__(
         self,
-        robot: int,
         epoch: Epoch,
         *,
         mission: Mission,
@@ -52,40 +50,42 @@ class Coordinator:
         intent: Intent,
         now_s: float,
     ) -> None:
-        self._robot = robot
-        self._mission = mission
+        self._robot = epoch.robot
         self._timing = timing
         self._suspicion = suspicion
-        self._agreement = Agreement(robot, epoch, intent, mission.goal is None, mission.path_bounds)
         self._began_s = now_s
         self.phase = Phase.GATHERING
         self._since_s = now_s
         """When its phase began."""
         self._questions = Questions(mission, timing)
-        self._reported = Reported(suspicion, mission.robots, now_s)
-        self._reports: Mapping[int, Report] = self._reported.counted
+        self._reports: dict[int, Report] = {}
+        """Those that count."""
+        self._reported = Reported(suspicion, mission.robots, self._reports, now_s)
+        self._agreement = Agreement(epoch, intent, mission, self._reports)
         self._draft = Draft(mission, intent.cause)
-        self._turns = Turns(epoch, timing, now_s)
-        self._telling = Telling(epoch, timing, self._reported, self._questions, self._turns, self._draft)
-        self._join: Join | None = None
+        self._turns = Turns(Fence(epoch=epoch), timing, now_s)
+        self._telling = Telling(timing, self._reported, self._questions, self._turns, self._draft)
         self._no_room: set[int] = set()
         """Who had no turn, since no message can say where the strand ends."""
 
     def hear(self, robot: int, report: Report, now_s: float) -> None:
         """Take in a report; it is answered at the next `act`, whatever it says."""
-        known = self._reports.get(robot)
-        if not self._reported.hear(robot, report, now_s, closed=self.phase is Phase.FORMED):
+        if self._reported.is_late(robot, report):
             return
+        self._telling.ask({robot})
+        if not self._reported.hear(robot, report, now_s) or self.phase is Phase.FORMED:
+            return
+        known = self._reports.get(robot)
         if known is not None and known.life != report.life:
             self._drop(robot, now_s)
-        self._reported.count(robot, report)
+        self._reports[robot] = report
         self._questions.hear(robot, report.look)
 
     def drafted(self, now_s: float) -> Drafted:
         """What it has drafted; once the formation is made, that."""
         plan, draft = self._telling.plan, self._draft
         in_place = draft.strand if plan is None else plan.order
-        why = left_out(in_place, draft, self._reported, now_s)
+        why = self._reported.left_out(in_place, draft.tried, now_s)
         return Drafted(draft.order, in_place, why, self._awaited(now_s), self._since_s)
 
     def act(self, odometry: Odometry, now_s: float) -> list[Command]:
@@ -97,7 +97,7 @@ class Coordinator:
             commands += self._turns.repeat(now_s)
         elif self.phase is not Phase.FORMED:
             commands += self._go_on(fence, now_s)
-        return commands + self._telling.act(odometry, now_s, join=self._join, map_from=self._map_from)
+        return commands + self._telling.act(odometry, now_s, map_from=self._map_from)
 
     # --- phases -------------------------------------------------------------------------------------
 
@@ -126,15 +126,12 @@ class Coordinator:
     @property
     def _owing(self) -> Set[int]:
         """The robots that have yet to tell this phase a place that is newer than their own last turn."""
-        match self.phase:
-            case Phase.GATHERING:
-                return self._reported.old(self._reports.keys(), self._turns)
-            case Phase.TURNING:
-                return self._reported.old({self._robot}, self._turns)
-            case Phase.CLOSING:
-                return self._reported.old(self._draft.strand, self._turns)
-            case _:
-                return frozenset()
+        owed: dict[Phase, Collection[int]] = {
+            Phase.GATHERING: self._reports.keys(),
+            Phase.TURNING: {self._robot},
+            Phase.CLOSING: self._draft.strand,
+        }
+        return self._reported.old(owed.get(self.phase, ()), self._turns)
 
     def _may_come_back(self, now_s: float) -> Set[int]:
         """The robots that were there lately; none once the view has lasted for `comes_back_s`."""
@@ -144,7 +141,8 @@ class Coordinator:
     @property
     def _map_from(self) -> Set[int]:
         """CLOSING: the robot that is to tell its map, if the leader has an older one."""
-        return newer_map(self._reports, self._draft.strand[0]) if self.phase is Phase.CLOSING else frozenset()
+        closes = self.phase is Phase.CLOSING
+        return self._agreement.newer_map(self._draft.strand[0]) if closes else frozenset()
 
     def _go_on(self, fence: Fence, now_s: float) -> list[Command]:
         # Silence counts from the phase's begin on: while a robot drove, it had nothing to report.
@@ -157,8 +155,8 @@ class Coordinator:
         if self.phase is Phase.GATHERING and fence.may is May.ONE:
             return self._take_back(fence, now_s)  # nobody drives while a draft begins
         if self.phase is Phase.GATHERING and not self._awaited(now_s):
-            is_first = self._turns.newest is None  # no place is older than a turn
-            plan = self._agreement.turned(self._reports, turn=fence.turn + 1) if is_first else None
+            is_first = self._turns.newest.turn == 0  # no place is older than a turn
+            plan = self._agreement.turned(turn=fence.turn + 1) if is_first else None
             if plan is not None:
                 self._enter(Phase.CLOSING, now_s)
                 return self._make(plan, fence, now_s)
@@ -173,12 +171,19 @@ class Coordinator:
         closes = self.phase is Phase.CLOSING and fence.may is not May.ONE and not self._awaited(now_s)
         return commands + (self._close(fence, now_s) if closes else [])
 
+    def _drop(self, robot: int, now_s: float) -> None:
+        """Rule 3."""
+        del self._reports[robot]
+        self._draft.drop(robot)
+        if self.phase is not Phase.GATHERING:
+            self._enter(Phase.GATHERING, now_s)
+
     def _look(self, obstacle_m: Mapping[int, float], now_s: float) -> None:
         """Ask robots to look at the legs of the next order; without a goal, first at what is near them."""
-        draft, reports, turn = self._draft, self._reports, self._turns.number
-        draft.begin(reports, obstacle_m, self._agreement.counters(reports).last_to_lead)
+        draft, reports, turn = self._draft, self._reports, self._turns.newest.turn
+        draft.begin(reports, obstacle_m, self._agreement.counters().last_to_lead)
         asked = self._questions.ask(draft.order, reports, now_s, turn=turn, keeps=draft.keeps)
-        self._reported.ask(asked)
+        self._telling.ask(asked)
 
     # --- turns --------------------------------------------------------------------------------------
 
@@ -194,8 +199,7 @@ class Coordinator:
             case int(robot):
                 join = draft.join(robot, reports, fence.turn + 1)
                 if fits(join):
-                    self._join = join
-                    self._reported.ask({robot})
+                    self._telling.give_turn(robot, join)
                     life = reports[robot].life
                     return self._turns.put(fence, now_s, may=May.ONE, robot=robot, life=life)
                 self._no_room.add(robot)
@@ -232,9 +236,9 @@ class Coordinator:
     def _close(self, fence: Fence, now_s: float) -> list[Command]:
         """Rule 2."""
         strand = self._draft.strand
-        plan = self._agreement.drafted(strand, self._draft.legs, self._reports, turn=fence.turn + 1)
+        plan = self._agreement.drafted(strand, self._draft.legs, turn=fence.turn + 1)
         no_room = self._no_room.union(strand).difference(plan.order)
-        stranded = self._agreement.stranded(plan, self._reports, frozenset(no_room))
+        stranded = self._agreement.stranded(plan, no_room)
         return stranded + self._make(plan, fence, now_s)
 
     def _make(self, plan: Plan, fence: Fence, now_s: float) -> list[Command]:
@@ -242,12 +246,3 @@ class Coordinator:
         told, order = self._telling.tell(plan, now_s), plan.order
         put = self._turns.put(fence, now_s, may=May.ALL, robot=order[0], members=len(order))
         return [Note(plan.as_record()), *told, *put]
-
-    # --- who is there ---------------------------------------------------------------------------------
-
-    def _drop(self, robot: int, now_s: float) -> None:
-        """Rule 3."""
-        self._reported.drop(robot)
-        self._draft.drop(robot)
-        if self.phase is not Phase.GATHERING:
-            self._enter(Phase.GATHERING, now_s)

@@ -17,7 +17,7 @@ Rule 4: robots that are left out and were there lately may stand in the way, and
 Rule 5: where a robot that asks a strand on its way to let it in finds no way, the strand goes on as it was.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from enum import Enum, auto
 
@@ -25,6 +25,7 @@ import numpy as np
 
 from agents.coordinating.folding import line_of, robots_in_place
 from agents.coordinating.order import (
+    Reports,
     former_order,
     in_front,
     kept_order,
@@ -33,13 +34,12 @@ from agents.coordinating.order import (
     places_of,
     positions,
 )
-from agents.coordinating.questions import points
+from protocol.arrays import points_of
 from protocol.fence import Cause
 from protocol.frames import Point
 from protocol.mission import Mission
-from protocol.wire.view import Join, Look, Report
+from protocol.wire.view import Join, Look
 
-Reports = Mapping[int, Report]
 Order = tuple[int, ...]
 """Robots, leader first."""
 
@@ -52,19 +52,34 @@ class NoTurn(Enum):
     DONE = auto()  # those in place are the strand; the others are left out
 
 
+@dataclass(frozen=True, slots=True)
+class Drafted:
+    """For people: a draft, or the formation that was made of it."""
+
+    order: Order
+    """The order that is tried, leader first; of a strand that turns round none."""
+    in_place: Order
+    """The strand as far as it stands, leader first."""
+    left_out: Mapping[int, str]
+    """Why each other robot has no place."""
+    awaited: Set[int]
+    """The robots that the view waits for in its phase."""
+    since_s: float
+    """When that phase began."""
+
+
 @dataclass(slots=True)
 class Draft:
     """One coordinator's draft."""
 
     mission: Mission
     cause: Cause
-    """Why there is a view."""
     led: tuple[int, ...] = ()
     """The robots that lead only after all others: they have led in vain, in this view or before."""
     order: Order = ()
     """The order that is tried."""
     strand: Order = ()
-    """The robots in place."""
+    """The robots in place (rule 1)."""
     legs: dict[int, tuple[Point, ...]] = field(default_factory=dict)
     """Those that the robot ahead has driven, by the robot behind."""
     _stayed: Order = ()
@@ -87,16 +102,12 @@ class Draft:
     def begin(self, reports: Reports, obstacle_m: Mapping[int, float], led: tuple[int, ...]) -> None:
         """Compute the order of the robots that have reported. `settle` finds those in place, after all looks.
 
-        Args:
-            reports: of the view.
-            obstacle_m: without a goal, each robot's distance from the nearest obstacle; empty: there is no
-                order before they have looked around.
-            led: the robots that are to lead only after all others, as counted before this view.
+        `obstacle_m`: without a goal, each robot's distance from the nearest obstacle; empty: no order before
+        they have looked around. `led`: the robots that lead only after all others, as counted before.
         """
         places, goal = places_of(reports), self.mission.goal
-        self.led, self._stayed = self.led or led, self.strand
-        if not self.strand and self.keeps and not self.led:
-            self._stayed = former_order(reports)
+        self.led = self.led or led
+        self._stayed = self.strand or (former_order(reports) if self.keeps and not self.led else ())
         if goal is None and not obstacle_m:
             self.order = ()
         elif self._stayed:
@@ -130,10 +141,10 @@ class Draft:
         waiting = [other for other in places if other != robot and other not in front]
         return Join(
             turn=turn,
-            strand=points(positions(places, front)),
-            waiting=points(positions(places, waiting)),
+            strand=points_of(positions(places, front)),
+            waiting=points_of(positions(places, waiting)),
             robots=tuple(sorted((*front, *waiting))),
-            line=points(line),
+            line=points_of(line),
             last_leg=int((leg == leg[-1]).sum()) if len(leg) else 0,
         )
 

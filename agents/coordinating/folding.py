@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from agents.coordinating.order import Places, positions
-from protocol.arrays import Floats, Indices, distances_to_segments, segments_apart
+from protocol.arrays import Floats, Indices, distances_to_segments, places_xy, segments_apart
 from protocol.frames import Point, Pose
 from protocol.mission import Mission
 
@@ -33,7 +33,7 @@ def line_of(places: Places, order: Sequence[int], legs: Legs) -> tuple[Floats, I
     for index, robot in enumerate(order[1:]):
         corners += [*reversed(legs.get(robot, ())[1:-1]), places[robot]]
         leg += [index] * (len(corners) - 1 - len(leg))
-    return np.array([(corner.x_m, corner.y_m) for corner in corners]), np.array(leg, dtype=np.intp)
+    return places_xy(corners), np.array(leg, dtype=np.intp)
 
 
 def folds_back(places: Places, order: Sequence[int], legs: Legs, *, least_m: float) -> bool:

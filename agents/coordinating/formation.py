@@ -21,18 +21,22 @@ Rule 4 (safety): the path keeps the radius and e from the bounds, which no scan 
         A start is off it by e at most; in a corner by what 2 e leaves (`world/scenario/checks.py`).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from agents.coordinating.folding import Legs
+from protocol.arrays import places_xy
 from protocol.fence import Epoch
 from protocol.frames import Point, Pose
 from protocol.mission import Bounds
 from protocol.path import Path, straightened
 from protocol.timeline import StrandFormed
 from protocol.wire.view import PIECE_VERTICES_MAX, STRANDED_MAX, Counters, Formation, Neighbour, Seen
+
+Laid = tuple[Path, Mapping[int, float]]
+"""A path, and each robot's arc length along it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,7 +52,7 @@ class Plan:
     path: Path
     places_m: Mapping[int, float]
     """Arc lengths of the places along the path."""
-    driven: frozenset[int]
+    driven: Set[int]
     """The robots whose leg the robot ahead has driven."""
     back_by_m: float = 0.0
     counters: Counters = field(default_factory=Counters)
@@ -113,8 +117,8 @@ class Plan:
 
 def lay_path(
     order: Sequence[int], places: Mapping[int, Pose], legs: Legs, within: Bounds | None = None
-) -> tuple[Path, dict[int, float]]:
-    """Rules 3 and 4: the path, and each robot's arc length along it."""
+) -> Laid:
+    """Rules 3 and 4."""
     points: list[Point] = []
     at: dict[int, int] = {}
     is_laid = False  # whether a driven leg has led to the robot's place
@@ -126,8 +130,7 @@ def lay_path(
         at[robot] = len(points) - 1
         points += leg[1:]
         is_laid = bool(leg)
-    along = np.array([(point.x_m, point.y_m) for point in points]).reshape(-1, 2)
-    steps_m = np.hypot(*np.diff(along, axis=0).T)
+    steps_m = np.hypot(*np.diff(places_xy(points), axis=0).T)
     arcs_m = np.concatenate([[0.0], np.cumsum(steps_m)])
     # A straight queue is one segment: one check, no stops.
     path = Path(straightened(points))

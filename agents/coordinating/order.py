@@ -10,31 +10,26 @@ Rule 4: after an attempt in vain, the next leader is the one nearest to the goal
         lead. If all are, it is the first of them: it may stand elsewhere now, and so may those in its way.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from protocol.arrays import Floats
-from protocol.frames import Point, Pose
+from protocol.arrays import Floats, places_xy
+from protocol.frames import Point, Pose, apart_m
 from protocol.wire.view import Report
 
 Places = Mapping[int, Pose]
+Reports = Mapping[int, Report]
 
 
-def places_of(reports: Mapping[int, Report]) -> Places:
+def places_of(reports: Reports) -> Places:
     """Where the robots stand that have reported."""
     return {robot: report.place for robot, report in sorted(reports.items())}
 
 
 def positions(places: Places, robots: Sequence[int]) -> Floats:
     """Where robots stand (n, 2) [world frame]."""
-    return np.array([(places[robot].x_m, places[robot].y_m) for robot in robots]).reshape(-1, 2)
-
-
-def apart_m(one: Pose, other: Pose | Point) -> float:
-    """The distance between two places."""
-    return math.hypot(one.x_m - other.x_m, one.y_m - other.y_m)
+    return places_xy([places[robot] for robot in robots])
 
 
 def chain(places: Places, leader: int) -> tuple[int, ...]:
@@ -57,13 +52,7 @@ def nearest_to(goal: Point | None, places: Places) -> int:
 
 
 def order_at_start(places: Places, goal: Point | None, obstacle_m: Mapping[int, float]) -> tuple[int, ...]:
-    """Rules 1 and 2.
-
-    Args:
-        places: where the robots stand.
-        goal: the mission's.
-        obstacle_m: without a goal, each robot's distance from the nearest obstacle.
-    """
+    """Rules 1 and 2; without a goal, `obstacle_m` is each robot's distance from the nearest obstacle."""
     if goal is None:
         return chain(places, min(places, key=lambda robot: (obstacle_m[robot], robot)))
     nearest = chain(places, nearest_to(goal, places))
@@ -77,7 +66,7 @@ def order_at_start(places: Places, goal: Point | None, obstacle_m: Mapping[int, 
     return min(candidates, key=lambda order: (way_m(order), order[0]))
 
 
-def former_order(reports: Mapping[int, Report]) -> tuple[int, ...]:
+def former_order(reports: Reports) -> tuple[int, ...]:
     """Rule 3: the robots that stayed in the newest formation or draft in which any did, in its order."""
     ranks = {(former.epoch.number, robot): former.rank for robot, report in reports.items()
              for former in report.formers}  # fmt: skip

@@ -8,14 +8,16 @@ Rule 3: a robot that does not answer in time counts as one that does not see its
         does not begin that time anew: two such times are longer than the others wait for a turn.
 """
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
-from agents.coordinating.order import apart_m, places_of, positions
+from agents.coordinating.order import Reports, places_of, positions
 from agents.liveness.timing import Timing
-from protocol.frames import Point, Pose
+from protocol.arrays import Floats, points_of
+from protocol.frames import Point, Pose, apart_m
 from protocol.legs import off_place_m_max
 from protocol.mission import Mission
 from protocol.wire.view import Look, Question, Report
@@ -23,7 +25,7 @@ from protocol.wire.view import Look, Question, Report
 OTHERS_MAX = 64  # robots that a scan may show beside a leg
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class _Asked:
     question: Question
     at: Pose
@@ -32,6 +34,7 @@ class _Asked:
     """Since when its answer has been awaited."""
     turn: int
     """The newest turn that had been put."""
+    look: Look | None = None
 
 
 @dataclass(slots=True)
@@ -40,30 +43,25 @@ class Questions:
 
     mission: Mission
     timing: Timing
-    looks: dict[int, Look] = field(default_factory=dict)
-    """What robots see of their legs, or of the nearest obstacle; by robot."""
     _asked: dict[int, _Asked] = field(default_factory=dict)
     _count: int = 0
 
     def ask(
-        self, order: Sequence[int], reports: Mapping[int, Report], now_s: float, *, turn: int, keeps: bool
+        self, order: Sequence[int], reports: Reports, now_s: float, *, turn: int, keeps: bool
     ) -> list[int]:
         """Ask all robots but the leader to look at their legs; returns the robots that have a new question.
 
-        Args:
-            order: leader first; empty: all are to look how far off the nearest obstacle is.
-            reports: of the view.
-            now_s: the time.
-            turn: the newest turn that has been put.
-            keeps: whether robots may tell legs of former strands.
+        Without an `order`, all are to look how far off the nearest obstacle is. `turn`: the newest that has
+        been put; `keeps`: whether robots may tell legs of former strands.
         """
-        legs = zip(order[1:], order, strict=False)
-        ahead_of: dict[int, int | None] = {**dict(legs)} if order else {**dict.fromkeys(reports)}
+        ahead_of: dict[int, Report | None] = dict.fromkeys(reports)
+        if order:
+            ahead_of = {robot: reports[ahead] for ahead, robot in pairwise(order)}
         where, new = positions(places_of(reports), list(reports)), list[int]()
-        self._forget(self._asked.keys() - ahead_of.keys())
+        for robot in self._asked.keys() - ahead_of.keys():
+            del self._asked[robot]
         for robot, ahead in ahead_of.items():
-            theirs, at = None if ahead is None else reports[ahead], reports[robot].place
-            place = None if theirs is None else theirs.place
+            at, place = reports[robot].place, None if ahead is None else ahead.place
             asked = self._asked.get(robot)
             if (
                 asked is not None
@@ -75,11 +73,10 @@ class Questions:
             question = Question(
                 number=self._count,
                 place=place,
-                formers=theirs.formers if theirs is not None and keeps else (),
+                formers=ahead.formers if ahead is not None and keeps else (),
                 others=self._beside(at, where),
             )
-            since_s = now_s if asked is None or robot in self.looks else asked.since_s  # rule 3
-            self._forget({robot})
+            since_s = now_s if asked is None or asked.look is not None else asked.since_s  # rule 3
             self._asked[robot] = _Asked(question, at, since_s, turn)
             new.append(robot)
         return new
@@ -88,21 +85,26 @@ class Questions:
         """Take in an answer."""
         asked = self._asked.get(robot)
         if look is not None and asked is not None and look.number == asked.question.number:
-            self.looks[robot] = look if self._may_be_driven(look.way, asked) else Look(number=look.number)
+            look = look if self._may_be_driven(look.way, asked) else Look(number=look.number)
+            self._asked[robot] = replace(asked, look=look)
 
     def pending(self, robot: int) -> Question | None:
         """What a robot has not answered yet."""
         asked = self._asked.get(robot)
-        return None if asked is None or robot in self.looks else asked.question
+        return None if asked is None or asked.look is not None else asked.question
 
     def awaited(self, now_s: float) -> set[int]:
         """The robots that have not answered, and have not been waited for long enough (rule 3)."""
-        unanswered = self._asked.keys() - self.looks.keys()
-        return {robot for robot in unanswered if now_s - self._asked[robot].since_s <= self.timing.looks_s}
+        return {
+            robot
+            for robot, asked in self._asked.items()
+            if asked.look is None and now_s - asked.since_s <= self.timing.looks_s
+        }
 
     def sees(self, robot: int) -> Look:
         """What a robot sees; nothing, if it has not answered."""
-        return self.looks.get(robot, Look(number=0))
+        asked = self._asked.get(robot)
+        return Look(number=0) if asked is None or asked.look is None else asked.look
 
     def obstacle_m(self, robots: Iterable[int]) -> dict[int, float]:
         """Each robot's distance from the nearest obstacle, as far as it is known."""
@@ -111,25 +113,14 @@ class Questions:
 
     def _may_be_driven(self, way: Sequence[Point], asked: _Asked) -> bool:
         """Whether rule 2 admits this way; an empty one says that none was driven."""
-        if not way or asked.question.place is None:
+        place, off_m_max = asked.question.place, off_place_m_max(self.mission)
+        if not way or place is None:
             return not way
-        ends = ((way[0], asked.at), (way[-1], asked.question.place))
-        return all(apart_m(place, end) <= off_place_m_max(self.mission) for end, place in ends)
+        return apart_m(asked.at, way[0]) <= off_m_max and apart_m(place, way[-1]) <= off_m_max
 
-    def _forget(self, robots: Collection[int]) -> None:
-        """Drop the questions to these robots, and their answers."""
-        for robot in list(robots):
-            self._asked.pop(robot, None)
-            self.looks.pop(robot, None)
-
-    def _beside(self, at: Pose, where: np.ndarray) -> tuple[Point, ...]:
+    def _beside(self, at: Pose, where: Floats) -> tuple[Point, ...]:
         """Where the nearest other robots stand that a scan from there may show."""
         off_m = np.hypot(where[:, 0] - at.x_m, where[:, 1] - at.y_m)
         near = np.flatnonzero((off_m > 0.0) & (off_m <= self.mission.leg_m_max + self.mission.robot_keep_m))
         nearest = near[np.argsort(off_m[near], kind="stable")[:OTHERS_MAX]]
-        return points(where[nearest])
-
-
-def points(places: np.ndarray) -> tuple[Point, ...]:
-    """Places (n, 2) as points with Python floats."""
-    return tuple(Point(x_m=float(x_m), y_m=float(y_m)) for x_m, y_m in places)
+        return points_of(where[nearest])

@@ -6,8 +6,8 @@ Rule 2 (liveness): it does not wait for reports to answer, but repeats its news:
         robot tells a newer place; that a map is wanted until it comes; the formation for a short time.
 """
 
-from collections.abc import Set
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Set
+from dataclasses import dataclass, field, replace
 
 from agents.commands import Command, Say
 from agents.coordinating.draft import Draft
@@ -17,7 +17,6 @@ from agents.coordinating.reported import Reported
 from agents.coordinating.turns import Turns
 from agents.due import is_due
 from agents.liveness.timing import Timing
-from protocol.fence import Epoch
 from protocol.wire.messages import Odometry
 from protocol.wire.view import Answer, Join, Report
 
@@ -28,7 +27,6 @@ NEWS_S = 1.0  # ten times: at 75 % loss a formation arrives in 94 % of cases; th
 class Telling:
     """The messages of one coordinator."""
 
-    epoch: Epoch
     timing: Timing
     reported: Reported
     questions: Questions
@@ -36,39 +34,43 @@ class Telling:
     draft: Draft
     plan: Plan | None = None
     """The formation, once it is made."""
+    _due: set[int] = field(default_factory=set)
+    """Whom to answer."""
+    _join: Join | None = None
+    """For the robot that has the turn."""
     _made_s: float = -float("inf")
     _news_at_s: float = -float("inf")
 
     def tell(self, plan: Plan, now_s: float) -> list[Command]:
         """The formation is made: send it to its members."""
-        stranded = (self.turns.had & self.reported.counted.keys()) - plan.lives.keys()
+        stranded = (self.turns.put_for.keys() & self.reported.counted.keys()) - plan.lives.keys()
         self.plan = plan = replace(plan, stranded=tuple(sorted(stranded)))
         self._made_s = self._news_at_s = now_s
-        self.reported.told(plan.order)
+        self._due.difference_update(plan.order)
         return [Say(robot, piece) for robot in plan.order for piece in plan.pieces(robot)]
 
-    def act(
-        self, odometry: Odometry, now_s: float, *, join: Join | None, map_from: Set[int]
-    ) -> list[Command]:
-        """Answer all reports, and repeat news if it is time.
+    def ask(self, robots: Iterable[int]) -> None:
+        """There is something to tell these robots: they are answered at the next `act`."""
+        self._due.update(robots)
 
-        Args:
-            odometry: the coordinator's newest.
-            now_s: the time.
-            join: what the robot that has the turn is to know.
-            map_from: the robot that has to tell its map, if there is one.
-        """
+    def give_turn(self, robot: int, join: Join) -> None:
+        """A robot gets the turn: tell it where the strand ends that it joins."""
+        self._join = join
+        self.ask({robot})
+
+    def act(self, odometry: Odometry, now_s: float, *, map_from: Set[int]) -> list[Command]:
+        """Answer all reports, and repeat news if it is time; `map_from`: whose map is wanted."""
         if is_due(last_s=self._news_at_s, every_s=self.timing.report_s, now_s=now_s):
             self._news_at_s = now_s
-            self.reported.ask(self._hear_no_news(odometry, now_s, map_from))
+            self._due |= self._hear_no_news(odometry, now_s, map_from)
         commands: list[Command] = []
-        for robot in self.reported.take_due():
+        for robot in sorted(self._due):
             report = self.reported.said[robot]
             if self.plan is not None and self.plan.lives.get(robot) == report.life:
                 commands += [Say(robot, piece) for piece in self.plan.pieces(robot)]
             else:
-                answer = self._answer(robot, report, join=join, wants_map=robot in map_from)
-                commands.append(Say(robot, answer))
+                commands.append(Say(robot, self._answer(robot, report, wants_map=robot in map_from)))
+        self._due.clear()
         return commands
 
     def _hear_no_news(self, odometry: Odometry, now_s: float, map_from: Set[int]) -> set[int]:
@@ -82,16 +84,16 @@ class Telling:
             news |= {odometry.fence.robot} & counted.keys()
         return news | {robot for robot in map_from if counted[robot].seen is None}
 
-    def _answer(self, robot: int, report: Report, *, join: Join | None, wants_map: bool) -> Answer:
+    def _answer(self, robot: int, report: Report, *, wants_map: bool) -> Answer:
         has_turn, strand = self.turns.holder == robot, self.draft.strand
         return Answer(
-            epoch=self.epoch,
+            epoch=self.turns.newest.epoch,
             life=report.life,
             heard=report.number,
-            after_turn=self.turns.put_for(robot),
+            after_turn=self.turns.put_for[robot],
             out=self.plan is not None,
             question=None if has_turn else self.questions.pending(robot),  # a message has room for one
-            join=join if has_turn else None,
+            join=self._join if has_turn else None,
             rank=strand.index(robot) if robot in strand else None,
             wants_map=wants_map,
         )

@@ -96,9 +96,7 @@ class Joining:
             self._hits = self._hits[~shown_free(self._hits, view, short_m=self._map.cell_m)]
         self._remember(seen.hit_points)
         step = self._step(view, stands)
-        if isinstance(step, Step):
-            return self._record(step, view, view.hits & ~seen.hits)
-        return step
+        return self._record(step, view, view.hits & ~seen.hits) if isinstance(step, Step) else step
 
     def _remember(self, hit_points: Floats) -> None:
         self._map.remember(hit_points)

@@ -17,15 +17,16 @@ from agents.commands import Command, Note, Say
 from agents.coordinating.coordinator import Coordinator
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
-from agents.membership.past import Past
+from agents.membership.joining import Joining
+from agents.membership.places import Past
 from agents.membership.pleas import Pleas
 from agents.membership.proposing import Proposing
 from agents.membership.reporting import Reporter
 from agents.membership.states import Happening, State, after
-from agents.membership.turn import OwnTurns
+from agents.membership.turn import TurnTaker
 from agents.strand.member import Member
 from agents.strand.memory import Memory
-from protocol.fence import Fence, May, in_force
+from protocol.fence import NOBODY_NUMBER, Epoch, Fence, May, in_force
 from protocol.mission import Mission
 from protocol.timeline import ViewJoined, ViewLeft
 from protocol.wire.view import Answer, Formation, Plea, Report, ViewMessage
@@ -49,21 +50,17 @@ class Membership:
         self._pleas = Pleas(self._timing)
         self._proposing = Proposing(robot, life, self._timing, self.suspicion, self._pleas)
         self._memory = Memory(mission)
-        self._past = Past()
         self.state = State.BOUND
         self.member: Member | None = None
         self.coordinator: Coordinator | None = None
-        self._fence = Fence()
+        self.fence = Fence()
+        """The fence that its odometry tells."""
         self._again = again
         self._has_begun = False
-        self._reporter: Reporter | None = None
-        self._turns = OwnTurns(life, mission, driver, senses)
+        self._reporter = Reporter(Epoch(), life, mission, self._timing, self._memory, Past(), heard_at_s=0.0)
+        self._joining = Joining(mission)
+        self._turn: TurnTaker | None = None
         self._own_number = 0
-
-    @property
-    def fence(self) -> Fence:
-        """The fence that its odometry tells."""
-        return self._fence
 
     # --- rule 1 -------------------------------------------------------------------------------------
 
@@ -75,15 +72,18 @@ class Membership:
             odometry = self._driver.odometry
             if self._again or odometry.ordered > 0 or odometry.t_s > LATE_S:
                 self._driver.start_again()
-        elif self._driver.odometry.fence.key == self._fence.key:
+        elif self._driver.odometry.fence.key == self.fence.key:
             return []
-        before, self._fence = self._fence, self._driver.odometry.fence
-        fence = self._fence
-        if self._turns.end() and self._reporter is not None:
-            self._reporter.leave_places()
+        before, self.fence = self.fence, self._driver.odometry.fence
+        fence = self.fence
+        if self._turn is not None:
+            self._joining.release()
+            if self._turn.has_moved:
+                self._reporter.leave_places()
+            self._turn = None
         self._happen(Happening.NEWER_FENCE)
-        commands = self._bind(now_s) if fence.epoch != before.epoch else []
         self._proposing.enter(fence, now_s)
+        commands = self._bind(now_s) if fence.epoch != before.epoch else []
         if fence.may is May.ONE and fence.names(self._robot, self._life):
             self._happen(Happening.NAMED)
         return commands
@@ -94,28 +94,22 @@ class Membership:
     def _bind(self, now_s: float) -> list[Command]:
         """There is a newer epoch: leave whatever this robot is in."""
         self._happen(Happening.NEWER_EPOCH)
-        if self._reporter is not None:
-            self._past = self._reporter.past
-        if self.member is not None:
-            self._past = self._past.with_strand(self.member)
-        intent = self._proposing.intent(self.member, self._past.neighbours)
-        epoch = self._fence.epoch
-        self.member = self._reporter = self.coordinator = None
+        epoch, past, member = self.fence.epoch, self._reporter.past, self.member
+        if member is not None:
+            past = past.with_strand(member)
+        self.member = self.coordinator = None
         self._pleas.forget()
         self._senses.forget()
-        if epoch.robot == 0:
+        self._reporter = Reporter(epoch, self._life, self._mission, self._timing, self._memory, past, now_s)
+        if epoch.robot == NOBODY_NUMBER:
             return []
-        self._reporter = Reporter(
-            epoch, self._life, self._mission, self._timing, self._memory, self._past, now_s
-        )
         if (epoch.robot, epoch.life) == (self._robot, self._life):
             self.coordinator = Coordinator(
-                self._robot,
                 epoch,
                 mission=self._mission,
-                timing=self._proposing.timing_in(epoch),
+                timing=self._proposing.timing,
                 suspicion=self.suspicion,
-                intent=intent,
+                intent=self._proposing.intent(member, past.neighbours),
                 now_s=now_s,
             )
         return [Note(ViewJoined(epoch=epoch.number))]
@@ -124,7 +118,7 @@ class Membership:
 
     def hear(self, robot: int, number: int, said: ViewMessage, now_s: float) -> list[Command]:
         """Take in a message of a view."""
-        if said.epoch != self._fence.epoch:
+        if said.epoch != self.fence.epoch:
             return []
         reporter = self._reporter if robot == said.epoch.robot else None
         match said:
@@ -132,7 +126,7 @@ class Membership:
                 self.coordinator.hear(robot, said, now_s)
             case Plea():
                 return self._hear_plea(robot, said, now_s)
-            case Answer(heard=0) if robot == self._fence.robot:
+            case Answer(heard=0) if robot == self.fence.robot:
                 self._proposing.leader_answers(now_s)
             case Answer() if reporter is not None and said.life == self._life:
                 reporter.hear(said, number, now_s)
@@ -158,30 +152,25 @@ class Membership:
 
     def act(self, now_s: float) -> list[Command]:
         """What is to be done now."""
-        if self.state is State.BOUND and self._fence.may is May.ALL:
+        if self.state is State.BOUND and self.fence.may is May.ALL:
             self._take_place(now_s)
         commands = self._do(now_s)
         if self.coordinator is not None:
             commands = self._deliver(commands, now_s)
             commands += self._deliver(self.coordinator.act(self._driver.odometry, now_s), now_s)
-        proposed = self._proposing.act(
-            self._driver.odometry, self._reporter, self.member, now_s,
-            coordinates=self.coordinator is not None,
-        )  # fmt: skip
-        return commands + proposed
+        return commands + self._proposing.act(self._driver.odometry, self._reporter, self.member, now_s)
 
     def _take_place(self, now_s: float) -> None:
-        whole = None if self._reporter is None else self._reporter.assembly.whole
-        if whole is None or whole[0].turn != self._fence.turn or not in_force(self._fence):
+        whole = self._reporter.assembly.whole
+        if whole is None or whole[0].turn != self.fence.turn or not in_force(self.fence):
             return
-        if (whole[0].rank == 0) is not (self._fence.robot == self._robot):
+        if (whole[0].rank == 0) is not (self.fence.robot == self._robot):
             return  # ALL names the leader: a coordinator that lies makes no second one
         self._happen(Happening.FORMED)
         formation, path = whole
         self._pleas.note_stranded(formation.stranded, now_s)
         self.member = Member(
             self._robot,
-            life=self._life,
             mission=self._mission,
             driver=self._driver,
             senses=self._senses,
@@ -208,28 +197,30 @@ class Membership:
     def _report(self, now_s: float) -> list[Command]:
         driver = self._driver
         driver.stand()
-        if self._reporter is None or not driver.standing:
+        if not driver.standing or self.fence.epoch.robot == NOBODY_NUMBER:
             return []
         return self._reporter.act(driver, self._senses, now_s)
 
     def _join(self, now_s: float) -> list[Command]:
-        reporter = self._reporter
-        assert reporter is not None, "nobody has a turn without a coordinator"
-        join = reporter.join(self._fence.turn)
+        join = self._reporter.join(self.fence.turn)
         if join is None:
             return self._report(now_s)
-        commands, ended = self._turns.act(join, self._fence, now_s)
-        if ended is None:
+        if self._turn is None:
+            self._turn = TurnTaker(
+                self._mission, self._driver, self._senses, self._joining, join, life=self._life
+            )
+        commands = self._turn.act(now_s)
+        if self._turn.ended is None:
             return commands
-        reporter.end_turn(ended)
+        self._reporter.end_turn(self._turn.ended)
         return commands + self._report(now_s)
 
     def _plead(self, now_s: float) -> list[Command]:
         """Ask the leader that odometry names to be let in."""
         self._driver.stand()
-        if self._fence.robot == self._robot:
+        if self.fence.robot == self._robot:
             return []
-        return self._pleas.ask(Plea(epoch=self._fence.epoch, life=self._life), self._fence, now_s)
+        return self._pleas.ask(Plea(epoch=self.fence.epoch, life=self._life), self.fence, now_s)
 
     def _deliver(self, commands: Iterable[Command], now_s: float) -> list[Command]:
         """Rule 3: what a coordinator says to itself arrives at once."""

@@ -1,4 +1,4 @@
-"""The places that a robot had in formations and drafts, and has not left since.
+"""What a robot takes along from view to view: the places that it has not left, and counts.
 
 Rule 1 (safety): a driven leg is told as it was laid, and not as from where bodies stand beside it. Else their
         drives' errors would add up, from view to view.
@@ -8,16 +8,18 @@ Rule 2 (safety): no leg counts as driven where one of both robots stands further
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
 
+from agents.strand.member import Member
 from protocol.arrays import nearest_on_segments, xy
 from protocol.fence import Epoch
-from protocol.frames import Point, Pose, Vertex
+from protocol.frames import Point, Pose, Vertex, apart_m
 from protocol.path import ON_LINE_M, THERE_M, Path
-from protocol.wire.view import FORMERS_MAX, LEG_CORNERS_MAX, Former
+from protocol.wire.view import FORMERS_MAX, LEG_CORNERS_MAX, Counters, Former
 
 COASTS_M = 1.0  # a body stands at once when the fence rises: only what odometry had not told yet
 
@@ -45,15 +47,9 @@ class OldPlace:
         along_m = float(lengths_m[:segment].sum() + np.hypot(*(nearest[segment] - corners[segment])))
         s_m = min(self.progress_m + along_m, self.path.end_m)
         leg = self._leg(s_m)
-        leg_from_m = None if leg is None else self.behind_m
-        return Former(
-            epoch=self.epoch,
-            rank=self.rank,
-            s_m=s_m,
-            at=self.path.at(s_m),
-            leg_from_m=leg_from_m,
-            corners=leg or (),
-        )
+        from_m = None if leg is None else self.behind_m
+        at = self.path.at(s_m)
+        return Former(epoch=self.epoch, rank=self.rank, s_m=s_m, at=at, leg_from_m=from_m, corners=leg or ())
 
     def _leg(self, to_m: float) -> tuple[Vertex, ...] | None:
         """Corners of the path from the robot behind on; None if there are too many, or is no such robot."""
@@ -65,30 +61,48 @@ class OldPlace:
 
 
 @dataclass(frozen=True, slots=True)
-class Places:
-    """All of them; a robot that drives by its own steps leaves them all."""
+class Past:
+    """A robot's places, and what the fleet had counted in the last strand that it was in."""
 
-    old: tuple[OldPlace, ...] = ()
+    places: tuple[OldPlace, ...] = ()
+    """On the paths of formations, newest first."""
     draft: Former | None = None
+    """Its place in a draft of which no formation was made."""
+    counters: Counters = field(default_factory=Counters)
+    counted: Epoch = field(default_factory=Epoch)
+    """The formation that the counters are from."""
+    arrived: bool = False
+    """Whether the robot stood at its place at the goal."""
+    neighbours: Mapping[int, Point] = field(default_factory=dict)
+    """Where its neighbours were when it last heard them."""
 
-    def with_old(self, place: OldPlace, *, moved: bool) -> Self:
-        """The strand has ended: older places count only for a robot that has not moved in it."""
-        older = () if moved else self.old
-        return type(self)((place, *older)[: FORMERS_MAX - 1])
+    def with_strand(self, member: Member) -> Self:
+        """After a strand: older places count only for a robot that has not moved in it.
+
+        A robot that did not stand at its place in it has no place at all.
+        """
+        formation, strand = member.formation, member.strand
+        place = OldPlace(formation.epoch, formation.rank, member.progress_m, member.path, strand.behind_m)
+        older = () if member.has_moved else self.places
+        places = (place, *older)[: FORMERS_MAX - 1] if member.fits else ()
+        neighbours = {**self.neighbours, **strand.neighbours}
+        return type(self)(places, None, member.counters, formation.epoch, member.arrived, neighbours)
 
     def with_draft(self, epoch: Epoch, rank: int | None) -> Self:
         """The coordinator has told this robot's place in its draft, or that it has none."""
-        draft = self.draft
         if rank is not None:
-            draft = Former(epoch=epoch, rank=rank)
-        elif draft is not None and draft.epoch == epoch:
-            draft = None
-        return type(self)(self.old, draft)
+            return replace(self, draft=Former(epoch=epoch, rank=rank))
+        ends = self.draft is not None and self.draft.epoch == epoch
+        return replace(self, draft=None) if ends else self
+
+    def elsewhere(self) -> Self:
+        """The robot has driven by its own steps: it stands at none of its places."""
+        return replace(self, places=(), draft=None)
 
     def formers(self, pose: Pose) -> tuple[Former, ...]:
         """What a report tells, newest first."""
         draft = () if self.draft is None else (self.draft,)
-        return (*draft, *(place.former(pose) for place in self.old))
+        return (*draft, *(place.former(pose) for place in self.places))
 
     def leg_to(
         self, ahead: tuple[Former, ...], pose: Pose, ahead_at: Pose, *, off_m_max: float
@@ -98,7 +112,7 @@ class Places:
         The robot ahead knows all of the path that it has driven; this one may have been cut off before. A
         robot that stands further off its place than `off_m_max` has left it (rule 2).
         """
-        for own in (place.former(pose) for place in self.old):
+        for own in (place.former(pose) for place in self.places):
             theirs = next((each for each in ahead if each.epoch == own.epoch and not each.draft), None)
             if theirs is None or theirs.leg_from_m is None or theirs.rank + 1 != own.rank:
                 continue
@@ -114,7 +128,7 @@ class Places:
 def _on_path(former: Former, pose: Pose, off_m_max: float) -> Point | None:
     """Rule 1: where a leg begins or ends; None if the robot stands elsewhere."""
     at = former.at
-    off_m = math.inf if at is None else math.hypot(at.x_m - pose.x_m, at.y_m - pose.y_m)
+    off_m = math.inf if at is None else apart_m(pose, at)
     if off_m > off_m_max:
         return None
     return at if off_m > ON_LINE_M else Point(x_m=pose.x_m, y_m=pose.y_m)

@@ -39,9 +39,8 @@ class Pleas:
 
     def ask(self, plea: Plea, fence: Fence, now_s: float) -> list[Command]:
         """Ask the leader that odometry names to be let in, if it is time."""
-        if fence.may is not May.ALL or not is_due(
-            last_s=self._said_at_s, every_s=self.timing.plea_s, now_s=now_s
-        ):
+        due = is_due(last_s=self._said_at_s, every_s=self.timing.plea_s, now_s=now_s)
+        if not due or fence.may is not May.ALL:
             return []
         self._said_at_s = now_s
         return [Say(fence.robot, plea)]
@@ -51,14 +50,9 @@ class Pleas:
         self._asked.clear()
 
     def hear(self, robot: int, now_s: float, *, stood_s: float, arrived: bool, may_lead: bool) -> None:
-        """A robot asks this leader to be let in (rules 1 and 3).
+        """A robot asks this leader to be let in (rules 1 and 3); all bodies have stood for `stood_s`.
 
-        Args:
-            robot: the one that asks.
-            now_s: the time.
-            stood_s: for how long all bodies have stood.
-            arrived: whether this leader has.
-            may_lead: whether this leader knows no way on, and that robot may lead.
+        `arrived`: whether this leader has; `may_lead`: whether it knows no way on, and that robot may lead.
         """
         self._has_arrived = arrived
         is_stranded = now_s - self._stranded_s.get(robot, -float("inf")) <= stood_s + self.timing.gap_s
@@ -69,12 +63,10 @@ class Pleas:
 
     def reason(self, now_s: float, *, stands: bool) -> Reason | None:
         """Rule 2."""
-        if not self._asked:
-            return None
-        robot, asked_s = next(iter(self._asked.items()))
-        if not (stands or now_s - asked_s > STOP_S):
-            return None
-        return Reason(Cause.PLEA, f"robot {robot} asks to be let in", robot)
+        for robot, asked_s in self._asked.items():
+            if stands or now_s - asked_s > STOP_S:
+                return Reason(Cause.PLEA, f"robot {robot} asks to be let in", robot)
+        return None
 
     @property
     def asking(self) -> list[int]:

@@ -11,13 +11,11 @@ Rule 4: a robot that is left out, and has no answer from the leader, proposes on
         The robot that was to lead and has no formation sees no token of its own, so it is one of these.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import replace
 
 from agents.commands import Command, Note
-from agents.coordinating.agreeing import Intent
-from agents.coordinating.turnabout import Turning
+from agents.coordinating.agreeing import Intent, Turning
 from agents.liveness.raising import Raising
 from agents.liveness.reason import Reason, Turnabout
 from agents.liveness.suspicion import Suspicion
@@ -25,7 +23,7 @@ from agents.liveness.timing import Timing
 from agents.membership.pleas import Pleas
 from agents.membership.reporting import Reporter
 from agents.strand.member import Member
-from protocol.fence import Cause, Epoch, Fence, May
+from protocol.fence import NOBODY_NUMBER, Cause, Fence, May
 from protocol.frames import Point
 from protocol.timeline import LinkBroken, StrandDissolved, StrandReversed
 from protocol.wire.messages import Odometry
@@ -36,7 +34,9 @@ class Proposing:
 
     def __init__(self, robot: int, life: int, timing: Timing, suspicion: Suspicion, pleas: Pleas) -> None:
         self._robot = robot
-        self._timing = timing
+        self._life = life
+        self._timing = self.timing = timing
+        """`timing`: in this epoch."""
         self._suspicion = suspicion
         self._pleas = pleas
         self._raising = Raising(robot, life, timing)
@@ -48,22 +48,18 @@ class Proposing:
     def enter(self, fence: Fence, now_s: float) -> None:
         """Odometry tells a newer fence."""
         self._raising.enter(fence)
+        self.timing = self._timing.slower(self._raising.in_vain(fence.epoch.generation) - 1)
         self._turn_s = now_s
         if fence.may is May.ALL:
             self._led_by, self._leader_heard_s = fence.robot, now_s
-
-    def timing_in(self, epoch: Epoch) -> Timing:
-        """The times in this epoch."""
-        return self._timing.slower(self._raising.in_vain(epoch.generation) - 1)
 
     def leader_answers(self, now_s: float) -> None:
         """The leader has answered a plea."""
         self._leader_heard_s = now_s
 
-    def is_silent(self, reporter: Reporter | None, for_s: float, now_s: float) -> bool:
+    def is_silent(self, reporter: Reporter, for_s: float, now_s: float) -> bool:
         """Whether neither coordinator nor leader has answered for so long."""
-        heard_s = 0.0 if reporter is None else reporter.heard_at_s
-        return now_s - max(heard_s, self._leader_heard_s) > for_s
+        return now_s - max(reporter.heard_at_s, self._leader_heard_s) > for_s
 
     def intent(self, member: Member | None, neighbours: Mapping[int, Point]) -> Intent:
         """What this robot has proposed the newest view for; to be asked before it leaves its strand."""
@@ -71,60 +67,51 @@ class Proposing:
         intent = Intent(Cause.START if proposed is None else proposed.cause, self._led_by, neighbours)
         if member is None or reason is None or reason.turnabout is None or reason.cause is not intent.cause:
             return intent
-        formation = member.formation
-        return replace(
-            intent, turning=Turning(reason.turnabout, formation.epoch, formation.members, member.path)
-        )
+        return replace(intent, turning=Turning(reason.turnabout, member.formation, member.path))
 
     def act(
-        self,
-        odometry: Odometry,
-        reporter: Reporter | None,
-        member: Member | None,
-        now_s: float,
-        *,
-        coordinates: bool,
+        self, odometry: Odometry, reporter: Reporter, member: Member | None, now_s: float
     ) -> list[Command]:
         """Propose a view if there is a reason to."""
-        fence = odometry.fence
-        if fence.epoch.robot == 0:
+        fence, reason = odometry.fence, None
+        if fence.epoch.robot == NOBODY_NUMBER:
             cause = Cause.START if fence.epoch.generation == 0 else Cause.COORDINATOR_LOST
-            reason: Reason | None = Reason(cause, "nobody coordinates")
+            reason = Reason(cause, "nobody coordinates")
         elif member is not None:
             reason = self._for_member(member, odometry, reporter, now_s)
         elif fence.may is May.ALL:
             reason = self._for_outsider(odometry, reporter, now_s)
-        else:
-            reason = None if coordinates else self._for_bound(odometry, reporter, now_s)
+        elif (fence.epoch.robot, fence.epoch.life) != (self._robot, self._life):  # another one coordinates
+            reason = self._for_bound(odometry, reporter, now_s)
         commands = self._raising.want(reason, fence, now_s)
         if reason is None or member is None or not any(isinstance(each, Note) for each in commands):
             return commands
         return [*commands, *self._note(reason, member, now_s)]
 
     def _for_member(
-        self, member: Member, odometry: Odometry, reporter: Reporter | None, now_s: float
+        self, member: Member, odometry: Odometry, reporter: Reporter, now_s: float
     ) -> Reason | None:
         """Rule 3."""
         own, plea = member.reason, self._pleas.reason(now_s, stands=not odometry.moving)
         if own is not None and (plea is None or own.cause not in {Cause.DEAD_END, Cause.NO_WAY}):
             return own
         all_wait = odometry.stood_s > self._timing.stood_s and not member.arrived
-        named_s = -math.inf if reporter is None else reporter.formed_s
         for link in member.strand.links:
-            how = self._suspicion.why_lost(link, now_s, named_s=named_s, all_wait=all_wait)
+            how = self._suspicion.why_lost(link, now_s, named_s=reporter.formed_s, all_wait=all_wait)
             if how is not None:
                 return Reason(Cause.NEIGHBOUR_LOST, f"robot {link.neighbour} is lost", link.neighbour, how)
         return plea
 
-    def _for_bound(self, odometry: Odometry, reporter: Reporter | None, now_s: float) -> Reason | None:
+    def _for_bound(self, odometry: Odometry, reporter: Reporter, now_s: float) -> Reason | None:
         """Rule 2."""
-        epoch = odometry.fence.epoch
-        coordinator = epoch.robot
-        heard_s = max(self._turn_s, 0.0 if reporter is None else reporter.heard_at_s)
+        coordinator = odometry.fence.epoch.robot
+        heard_s = max(self._turn_s, reporter.heard_at_s)
+        # Where own reports are lost there are no answers either; others that move show that the view goes on.
         idle_s = min(odometry.stood_s, now_s - self._turn_s)
+        is_deaf = min(idle_s, now_s - reporter.heard_at_s) > self.timing.coordinator_s
         if self._suspicion.has_gone(coordinator, heard_s, now_s):
             why = f"robot {coordinator} coordinated, and its token has gone"
-        elif reporter is not None and self._is_deaf(epoch, min(idle_s, now_s - reporter.heard_at_s), now_s):
+        elif is_deaf and self._suspicion.judges(now_s):
             why = f"robot {coordinator} coordinates, and is silent"
         elif idle_s > self._timing.stood_s:
             why = "nobody has moved, and there was no turn"
@@ -132,16 +119,7 @@ class Proposing:
             return None
         return Reason(Cause.COORDINATOR_LOST, why, coordinator)
 
-    def _is_deaf(self, epoch: Epoch, waits_s: float, now_s: float) -> bool:
-        """Whether the coordinator has answered nothing for so long, given no turn, and nobody has moved.
-
-        A robot whose own reports are lost has no answers either; others that move show that the view goes on.
-        """
-        # First: the first epoch's time is the shortest of all, and needs no new `Timing`.
-        may_be_so = waits_s > self._timing.coordinator_s and self._suspicion.judges(now_s)
-        return may_be_so and waits_s > self.timing_in(epoch).coordinator_s
-
-    def _for_outsider(self, odometry: Odometry, reporter: Reporter | None, now_s: float) -> Reason | None:
+    def _for_outsider(self, odometry: Odometry, reporter: Reporter, now_s: float) -> Reason | None:
         """Rule 4."""
         silent = self.is_silent(reporter, self._timing.outsider_s, now_s)
         if not silent or not self._suspicion.judges(now_s):

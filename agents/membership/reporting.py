@@ -19,16 +19,17 @@ from agents.due import is_due
 from agents.liveness.timing import Timing
 from agents.membership.assembly import Assembly
 from agents.membership.legs import leg_is_clear, leg_needs_closer_look, without_hulls
-from agents.membership.past import Past
-from agents.membership.places import Places
-from agents.membership.turn import Ended, places_xy
+from agents.membership.places import Past
+from agents.membership.turn import Ended
 from agents.strand.memory import Memory
-from protocol.arrays import xy
+from protocol.arrays import places_xy, xy
 from protocol.fence import Epoch
 from protocol.frames import Pose
 from protocol.legs import off_place_m_max
 from protocol.mission import Mission
-from protocol.wire.view import Answer, Formation, Former, Join, Look, Report, Seen
+from protocol.wire.view import Answer, Formation, Former, Join, Look, Report
+
+NO_ANSWER, NO_TURN = Answer(epoch=Epoch(), life=0, heard=0), Ended(turn=0, placed=False)
 
 
 @dataclass(slots=True)
@@ -44,17 +45,15 @@ class Reporter:
     """With its places as of now."""
     heard_at_s: float
     """When the coordinator was heard last, or the view began."""
-    answer: Answer | None = None
-    """The newest."""
-    ended: Ended | None = None
+    answer: Answer = NO_ANSWER
+    ended: Ended = NO_TURN
     """Its newest turn in this view."""
     formed_s: float = math.inf
     """When the first piece of the formation came."""
     assembly: Assembly = field(default_factory=Assembly)
-    """Of the formation."""
     _said: Report | None = None
     _said_at_s: float = -float("inf")
-    _formers: tuple[Places, Pose, tuple[Former, ...]] | None = None
+    _formers: tuple[Past, Pose, tuple[Former, ...]] | None = None
     """What it has told last, of which places and from where."""
     _newest: int = -1
     _look: Look | None = None
@@ -66,14 +65,13 @@ class Reporter:
         self._newest = number
         self.heard_at_s, self.answer = now_s, answer
         # Where another leader is tried nobody is in place; a robot that has had no turn still has its place.
-        if answer.rank is not None or self.ended is not None:
-            self.past = self.past.with_places(self.past.places.with_draft(self.epoch, answer.rank))
+        if answer.rank is not None or self.ended.turn > 0:
+            self.past = self.past.with_draft(self.epoch, answer.rank)
 
     def join(self, turn: int) -> Join | None:
         """Where the strand ends, for this turn of the robot; None if it does not know, or has ended it."""
-        join = None if self.answer is None else self.answer.join
-        is_over = self.ended is not None and self.ended.turn == turn
-        return None if is_over or join is None or join.turn != turn else join
+        join = self.answer.join
+        return join if join is not None and join.turn == turn != self.ended.turn else None
 
     def hear_formation(self, piece: Formation, now_s: float) -> None:
         """A piece of the formation has come."""
@@ -87,7 +85,7 @@ class Reporter:
 
     def leave_places(self) -> None:
         """The robot has driven by its own steps: it stands at none of its former places."""
-        self.past = self.past.with_places(Places())
+        self.past = self.past.elsewhere()
 
     def act(self, driver: Driver, senses: Senses, now_s: float) -> list[Command]:
         """Look if asked to, and report; to be called while the robot stands."""
@@ -96,22 +94,18 @@ class Reporter:
         if self._said is None or replace(report, number=self._said.number) != self._said:
             number = 1 if self._said is None else self._said.number + 1
             self._said = replace(report, number=number)
-        elif not is_due(last_s=self._said_at_s, every_s=self._every_s, now_s=now_s):
+        elif not is_due(last_s=self._said_at_s, every_s=self._every_s(self._said), now_s=now_s):
             return commands
         self._said_at_s = now_s
         return [*commands, Say(self.epoch.robot, self._said)]
 
-    @property
-    def _every_s(self) -> float:
-        assert self._said is not None
-        heard = -1 if self.answer is None else self.answer.heard
-        is_answered = heard >= self._said.number and self.heard_at_s >= self._said_at_s
+    def _every_s(self, said: Report) -> float:
+        """Rule 1."""
+        is_answered = self.answer.heard >= said.number and self.heard_at_s >= self._said_at_s
         return self.timing.ping_s if is_answered else self.timing.report_s
 
     def _report(self, driver: Driver) -> Report:
-        odometry = driver.odometry
-        after = 0 if self.answer is None else self.answer.after_turn
-        said = self._said
+        odometry, after, said = driver.odometry, self.answer.after_turn, self._said
         # Every turn is new to all, but news only to those whose place is older than their own last turn.
         fresh = said is None or (after > 0 and said.turn <= after) or said.place != odometry.pose
         return Report(
@@ -122,10 +116,10 @@ class Reporter:
             place=odometry.pose,
             formers=self._told_formers(odometry.pose),
             look=self._look,
-            ended=0 if self.ended is None else self.ended.turn,
-            placed=self.ended is not None and self.ended.placed,
+            ended=self.ended.turn,
+            placed=self.ended.placed,
             map_number=self.memory.number,
-            seen=self._seen(),
+            seen=self.memory.seen if self.answer.wants_map else None,
             arrived=self.past.arrived,
             counters=self.past.counters,
             counted=self.past.counted,
@@ -133,22 +127,19 @@ class Reporter:
 
     def _told_formers(self, pose: Pose) -> tuple[Former, ...]:
         """Where it stands on its former places. It is kept: a robot that stands tells the same each time."""
-        places = self.past.places
-        if self._formers is None or self._formers[0] is not places or self._formers[1] != pose:
-            self._formers = places, pose, places.formers(pose)
+        past = self.past
+        if self._formers is None or self._formers[0] is not past or self._formers[1] != pose:
+            self._formers = past, pose, past.formers(pose)
         return self._formers[2]
-
-    def _seen(self) -> Seen | None:
-        return self.memory.seen if self.answer is not None and self.answer.wants_map else None
 
     def _see(self, pose: Pose, senses: Senses, now_s: float) -> list[Command]:
         """Rule 2."""
-        question = None if self.answer is None else self.answer.question
+        question = self.answer.question
         if question is None or (self._look is not None and self._look.number == question.number):
             return []
         if question.place is not None:
             off_m_max = off_place_m_max(self.mission)
-            way = self.past.places.leg_to(question.formers, pose, question.place, off_m_max=off_m_max)
+            way = self.past.leg_to(question.formers, pose, question.place, off_m_max=off_m_max)
             if way is not None or not self.mission.promises_clearance:
                 self._look = Look(number=question.number, clear=True, way=way or ())
                 return []

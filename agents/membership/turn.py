@@ -9,8 +9,6 @@ Rule 3: where obstacles move, a robot that gets no further looks again for a whi
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.body.watch import Watch
@@ -20,9 +18,8 @@ from agents.membership.joining import InPlace, Joining
 from agents.membership.stands import Stands
 from agents.navigation.scan import View
 from agents.navigation.step import LookCloser, NoStep
-from protocol.arrays import Floats, xy
-from protocol.fence import Bearing, Fence
-from protocol.frames import Point
+from protocol.arrays import places_xy, xy
+from protocol.fence import Bearing
 from protocol.mission import Mission
 from protocol.timeline import RobotBlocked, RobotPlaced, StepPlanned
 from protocol.wire.view import Join
@@ -42,18 +39,22 @@ class TurnTaker:
     """What one robot does in its turn."""
 
     def __init__(
-        self, mission: Mission, driver: Driver, senses: Senses, joining: Joining, join: Join
+        self, mission: Mission, driver: Driver, senses: Senses, joining: Joining, join: Join, *, life: int
     ) -> None:
+        """Begin the turn that odometry's fence gives to this life; `joining` outlives a turn."""
+        fence = driver.odometry.fence
+        driver.begin(0.0, Bearing(epoch=fence.epoch, turn=fence.turn, life=life))
+        joining.begin(xy(driver.odometry.pose), epoch=fence.epoch.number, robots=join.robots)
         self._mission = mission
         self._driver = driver
         self._senses = senses
         self._watch = Watch(mission, driver, senses)
         self._joining = joining
         self._join = join
-        self._stands = _stands(join)
+        self._stands = Stands(
+            places_xy(join.strand), places_xy(join.waiting), places_xy(join.line), join.last_leg
+        )
         self._step: StepPlanned | None = None
-        self._gives_up = False
-        """Whether the step in hand ends where the robot comes to stand."""
         self._stood_at: tuple[float, float] | None = None
         self._stood_at_s = self._looks_again_s = 0.0
         self.has_moved = False
@@ -66,15 +67,15 @@ class TurnTaker:
         commands = self._watch.look(now_s)
         if self._step is not None and self._watch.gives_up(now_s):
             self._watch.begin_again()
-            self._gives_up = True
+            self._step = None
             driver.stand()
         if not driver.standing:
             return commands
         step = self._step
-        if step is not None and driver.progress_m < step.reach_m and not self._gives_up:
+        if step is not None and driver.progress_m < step.reach_m:
             driver.to(step.target, reach_m=step.reach_m)
             return commands
-        self._step, self._gives_up = None, False
+        self._step = None
         if now_s < self._looks_again_s:
             return commands
         scan = self._senses.take()
@@ -118,42 +119,3 @@ class TurnTaker:
     def _patience_s(self) -> float:
         """Rule 3."""
         return PATIENCE_S if self.has_moved else PATIENCE_S / (1 + len(self._join.waiting))
-
-
-class OwnTurns:
-    """What one robot keeps from turn to turn."""
-
-    def __init__(self, life: int, mission: Mission, driver: Driver, senses: Senses) -> None:
-        self._life = life
-        self._mission = mission
-        self._driver = driver
-        self._senses = senses
-        self._joining: Joining | None = None
-        self._taker: TurnTaker | None = None
-
-    def act(self, join: Join, fence: Fence, now_s: float) -> tuple[list[Command], Ended | None]:
-        """What is to be done in the turn that this fence gives; and how it has ended, if it has."""
-        if self._taker is None:
-            bearing = Bearing(epoch=fence.epoch, turn=fence.turn, life=self._life)
-            self._driver.begin(0.0, bearing)
-            here = xy(self._driver.odometry.pose)
-            self._joining = joining = self._joining or Joining(self._mission)
-            joining.begin(here, epoch=fence.epoch.number, robots=join.robots)
-            self._taker = TurnTaker(self._mission, self._driver, self._senses, joining, join)
-        return self._taker.act(now_s), self._taker.ended
-
-    def end(self) -> bool:
-        """The robot has no turn any more; whether it may have moved in its last one."""
-        taker, self._taker = self._taker, None
-        if self._joining is not None:
-            self._joining.release()
-        return taker is not None and taker.has_moved
-
-
-def _stands(join: Join) -> Stands:
-    return Stands(places_xy(join.strand), places_xy(join.waiting), places_xy(join.line), join.last_leg)
-
-
-def places_xy(points: tuple[Point, ...]) -> Floats:
-    """Points as an array (n, 2)."""
-    return np.array([(point.x_m, point.y_m) for point in points]).reshape(-1, 2)

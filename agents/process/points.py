@@ -5,12 +5,12 @@ Rule 2: a robot that suffers a fault at a point has recorded its planned step, a
         its decision.
 """
 
-import math
 from collections.abc import Sequence
 
 from agents.commands import Command, Note, Order, Tell
 from agents.events import Event, OdometryHeard, ScanHeard
 from protocol.faults.rules import StepPoint
+from protocol.frames import apart_m
 from protocol.timeline import StepPlanned
 from protocol.wire.messages import BehindState, Drive, Odometry
 
@@ -78,4 +78,4 @@ def is_plan(command: Command) -> bool:
 def _off_m(odometry: Odometry, drive: Drive) -> float:
     """The distance of the body from the order's target; 0 if there is none."""
     pose, target = odometry.pose, drive.target
-    return 0.0 if target is None else math.hypot(target.x_m - pose.x_m, target.y_m - pose.y_m)
+    return 0.0 if target is None else apart_m(target, pose)

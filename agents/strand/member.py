@@ -10,8 +10,6 @@ Rule 4 (liveness): a strand that turns round, dissolves, or whose leader knows n
         route is lost; it does so even if another robot has made that one. To back up is no further attempt.
 """
 
-import math
-
 from msgspec.structs import replace
 
 from agents.body.driver import Driver
@@ -29,7 +27,7 @@ from agents.strand.news import Own
 from agents.strand.reversing import Reversing
 from agents.strand.strand import Strand
 from protocol.fence import Bearing, Cause
-from protocol.frames import one_more
+from protocol.frames import apart_m, one_more
 from protocol.mission import Mission
 from protocol.path import Path
 from protocol.timeline import (
@@ -54,7 +52,6 @@ class Member:
         self,
         robot: int,
         *,
-        life: int,
         mission: Mission,
         driver: Driver,
         senses: Senses,
@@ -73,7 +70,7 @@ class Member:
         self._formation = formation
         self._leads = formation.rank == 0
         self._memory = memory
-        bearing = Bearing(epoch=formation.epoch, turn=formation.turn, life=life)
+        bearing = Bearing(epoch=formation.epoch, turn=formation.turn, life=formation.life)
         driver.begin(formation.s_m, bearing)
         memory.take(formation)
         self._strand = Strand(robot, formation, path, mission, now_s)
@@ -86,8 +83,7 @@ class Member:
         self._reversing = Reversing(driver, self._strand, self._advance, self._leading)
         self._following = Following(driver, self._strand, self._advance)
         self._joined = self._held = False
-        pose = driver.odometry.pose
-        off_m = math.hypot(pose.x_m - formation.place.x_m, pose.y_m - formation.place.y_m)
+        off_m = apart_m(driver.odometry.pose, formation.place)
         self._misfit = off_m > mission.mu0_m
         self._reason = (
             Reason(Cause.MISFIT, f"robot {robot} stands {off_m:.3f} m off its place", about=robot)

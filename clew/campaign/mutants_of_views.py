@@ -59,12 +59,12 @@ OF_VIEWS = (
             ),
             Edit(
                 "agents/membership/membership.py",
-                "if self.state is State.BOUND and self._fence.may is May.ALL:",
+                "if self.state is State.BOUND and self.fence.may is May.ALL:",
                 "if self.state is State.BOUND:",
             ),
             Edit(
                 "agents/membership/membership.py",
-                "if whole is None or whole[0].turn != self._fence.turn or not in_force(self._fence):",
+                "if whole is None or whole[0].turn != self.fence.turn or not in_force(self.fence):",
                 "if whole is None:",
             ),
         ),
@@ -138,10 +138,10 @@ OF_VIEWS = (
         (
             Edit(
                 "agents/coordinating/coordinator.py",
-                "        self._reported.count(robot, report)\n",
+                "        self._reports[robot] = report\n",
                 "        kept = {} if known is None else {'place': known.place}\n"
                 "        report = __import__('msgspec').structs.replace(report, **kept)\n"
-                "        self._reported.count(robot, report)\n",
+                "        self._reports[robot] = report\n",
             ),
             Edit("agents/strand/member.py", "self._misfit = off_m > mission.mu0_m", "self._misfit = False"),
         ),
@@ -151,7 +151,7 @@ OF_VIEWS = (
         "puts-untold",
         "F4: a coordinator puts the next turn only when its odometry has told the last",
         "agents/coordinating/turns.py",
-        "return self.newest is None or fence.turn >= self.newest.turn",
+        "return fence.turn >= self.newest.turn",
         "return True",
         check="tests/unit/agents/conversations/test_turns.py::"
         "test_v19_one_number_of_a_turn_has_one_content_however_long_its_put_is_held_up",
@@ -177,8 +177,8 @@ OF_VIEWS = (
         "old-epochs-report",
         "F4: a report counts only in the epoch that it names; here one of an older epoch counts, too",
         "agents/membership/membership.py",
-        "        if said.epoch != self._fence.epoch:\n            return []\n        reporter =",
-        "        if said.epoch != self._fence.epoch and type(said) is not Report:\n            return []\n"
+        "        if said.epoch != self.fence.epoch:\n            return []\n        reporter =",
+        "        if said.epoch != self.fence.epoch and type(said) is not Report:\n            return []\n"
         "        reporter =",
         check="tests/unit/agents/conversations/test_turns.py::"
         "test_a_report_of_an_older_epoch_does_not_count_however_high_its_number",

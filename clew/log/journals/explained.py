@@ -9,7 +9,7 @@ Rule 2: a robot that is left out is explained by the draft of the coordinator wh
 from collections.abc import Callable, Iterator, Sequence
 
 from agents.commands import Command, Note, Put, Say
-from agents.coordinating.drafted import TOO_SILENT, UNREPORTED
+from agents.coordinating.reported import TOO_SILENT, UNREPORTED
 from agents.process import addresses
 from clew.log.journals.links import Link, of_entry
 from clew.log.journals.process import Process

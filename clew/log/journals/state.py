@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from msgspec import Struct
 from msgspec.structs import asdict
 
-from agents.coordinating.drafted import Drafted
+from agents.coordinating.draft import Drafted
 from agents.process.journal import Input
 from agents.robot import Robot
 from protocol.keys import robot_name

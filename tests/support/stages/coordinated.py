@@ -5,7 +5,7 @@ from msgspec.structs import replace
 from agents.commands import Put, Say
 from agents.coordinating.agreeing import Intent
 from agents.coordinating.coordinator import Coordinator
-from agents.coordinating.drafted import Drafted
+from agents.coordinating.draft import Drafted
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
 from protocol.fence import Cause, Epoch, Fence, May, Turn
@@ -39,7 +39,6 @@ class View:
         self.now_s, self.fence = BEGAN_S, Fence(epoch=EPOCH)
         self.answers: dict[int, Answer] = {}
         self._coordinator = Coordinator(
-            OWN,
             EPOCH,
             mission=MISSION,
             timing=TIMING,

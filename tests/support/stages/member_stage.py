@@ -195,7 +195,6 @@ class MemberStage:
         part = self.parts[robot]
         self.members[robot] = Member(
             robot,
-            life=life_of(robot),
             mission=self.mission,
             driver=part.driver,
             senses=part.senses,

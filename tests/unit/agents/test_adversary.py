@@ -90,7 +90,6 @@ class Fleet:
         for robot in (0, 1, 2, 3):
             self.suspicion.presence.come(robot, "a", 0.0)
         self.coordinator = Coordinator(
-            1,
             EPOCH,
             mission=MISSION,
             timing=timing,

@@ -11,7 +11,9 @@ from protocol.network.outbox import Outbox
 from protocol.timeline import RobotStranded
 from protocol.wire.codec import fits
 from protocol.wire.view import FORMERS_MAX, LEG_CORNERS_MAX, SEEN_BYTES_MAX, Counters, Former, Look, Report
+from tests.support.stages.one_step import under
 
+MISSION = under("certified", robots=ROBOTS_MAX, goal=Point(x_m=5.0, y_m=0.0))
 BEFORE, ENDED, EPOCH = (Epoch(generation=number, robot=1, life=5) for number in (1, 2, 3))
 HERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
 THERE = Point(x_m=0.0, y_m=0.0)
@@ -53,8 +55,7 @@ def test_a_robot_that_was_left_out_leads_after_two_attempts_of_the_strand_in_vai
     members = {robot: report(robot, Former(epoch=ENDED, rank=robot - 1, at=THERE)) for robot in (1, 2, 3)}
     counters = Counters(in_vain=in_vain, last_to_lead=last)
     reports = {robot: replace(each, counters=counters) for robot, each in {**members, **outside}.items()}
-    agreement = Agreement(2, EPOCH, Intent(Cause.PLEA, 2), sensed=False)
-    told = agreement.counters(reports)
+    told = Agreement(EPOCH, Intent(Cause.PLEA, 2), MISSION, reports).counters()
     assert (told.last_to_lead, told.in_vain) == (then, in_vain if then == last else 0)
 
 
@@ -75,8 +76,9 @@ def test_robots_that_are_to_lead_last_are_so_when_another_strand_is_lost(
     counters = Counters(in_vain=in_vain, last_to_lead=last)
     strand = {robot: replace(report(robot), counters=counters) for robot in (3, 4)}
     outside = {robot: replace(report(robot), counted=BEFORE) for robot in (1, 2, 5)}
-    agreement = Agreement(3, EPOCH, Intent(Cause.NEIGHBOUR_LOST, 3), sensed=False)
-    assert agreement.counters({**strand, **outside}).last_to_lead == then
+    epoch, intent = replace(EPOCH, robot=3), Intent(Cause.NEIGHBOUR_LOST, 3)
+    told = Agreement(epoch, intent, MISSION, {**strand, **outside}).counters()
+    assert told.last_to_lead == then
 
 
 def test_the_largest_report_of_the_largest_fleet_fits_where_all_but_one_are_to_lead_last() -> None:
@@ -103,13 +105,13 @@ def test_a_formation_has_as_many_robots_as_a_message_can_tell_and_the_others_lea
         robot: replace(report(robot), place=place, life=2**62 + robot)
         for robot, place in zip(robots, places, strict=True)
     }
-    agreement = Agreement(2, EPOCH, Intent(Cause.START), sensed=False)
-    plan = agreement.drafted(robots, {}, reports, turn=1)
+    agreement = Agreement(EPOCH, Intent(Cause.START), MISSION, reports)
+    plan = agreement.drafted(robots, {}, turn=1)
     Outbox().add(plan.as_record(), t_s=0.0, hlc="")  # else the coordinator would end here
     assert 1000 < len(plan.order) < ROBOTS_MAX
     assert plan.order == tuple(robots[: len(plan.order)])
     left_out = frozenset(robots) - set(plan.order)
-    notes = agreement.stranded(plan, reports, left_out)
+    notes = agreement.stranded(plan, left_out)
     told = [
         note.record for note in notes if isinstance(note, Note) and isinstance(note.record, RobotStranded)
     ]
@@ -125,6 +127,6 @@ def test_a_robot_that_says_that_it_stands_where_no_path_leads_has_no_room_in_the
         2: replace(report(2), place=replace(HERE, x_m=-1.0)),
         3: replace(report(3), place=far),
     }
-    agreement = Agreement(1, EPOCH, Intent(Cause.START), sensed=False)
-    assert agreement.drafted((1, 2, 3), {}, reports, turn=1).order == (1, 2)
-    assert agreement.drafted((1, 2), {}, reports, turn=1).order == (1, 2)
+    agreement = Agreement(EPOCH, Intent(Cause.START), MISSION, reports)
+    assert agreement.drafted((1, 2, 3), {}, turn=1).order == (1, 2)
+    assert agreement.drafted((1, 2), {}, turn=1).order == (1, 2)

@@ -28,23 +28,24 @@ def report(robot: int) -> Report:
 
 def said(had_turn: set[int], *, is_made: bool) -> dict[int, ViewMessage]:
     """What robots are told when all have reported; 1 and 2 are in the formation, once it is made."""
-    reported, turns = Reported(Suspicion(TIMING), 3, 0.0), Turns(EPOCH, TIMING, 0.0)
-    for robot in (*PLACED, OTHER):
-        reported.hear(robot, report(robot), 0.0, closed=False)
-        reported.count(robot, report(robot))
+    reports = {robot: report(robot) for robot in (*PLACED, OTHER)}
+    reported, turns = Reported(Suspicion(TIMING), 3, reports, 0.0), Turns(Fence(epoch=EPOCH), TIMING, 0.0)
+    for robot, each in reports.items():
+        reported.hear(robot, each, 0.0)
     for number, robot in enumerate(sorted(had_turn)):
         turns.put(Fence(epoch=EPOCH, turn=number), 0.0, may=May.ONE, robot=robot, life=robot)
     mission = under("certified", robots=3)
     draft = Draft(mission, Cause.START, strand=PLACED)
-    telling = Telling(EPOCH, TIMING, reported, Questions(mission, TIMING), turns, draft)
+    telling = Telling(TIMING, reported, Questions(mission, TIMING), turns, draft)
+    telling.ask((*PLACED, OTHER))
     told: list[Command] = []
     if is_made:
-        agreement = Agreement(1, EPOCH, Intent(Cause.START), sensed=False)
-        told = telling.tell(agreement.drafted(PLACED, {}, reported.counted, turn=9), 0.0)
+        agreement = Agreement(EPOCH, Intent(Cause.START), mission, reports)
+        told = telling.tell(agreement.drafted(PLACED, {}, turn=9), 0.0)
     odometry = Odometry(
         n=1, t_s=0.0, pose=report(1).place, moving=False, finished=0, fence=Fence(), phase=Phase.RUNNING
     )
-    told += telling.act(odometry, 0.0, join=None, map_from=frozenset())
+    told += telling.act(odometry, 0.0, map_from=frozenset())
     return {each.robot: each.said for each in told if isinstance(each, Say)}
 
 

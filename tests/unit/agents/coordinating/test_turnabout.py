@@ -2,18 +2,33 @@
 
 import pytest
 
-from agents.coordinating.turnabout import Turning, turned_round
+from agents.coordinating.agreeing import Turning
 from agents.liveness.reason import Turnabout
 from protocol.fence import Epoch
 from protocol.frames import Point, Pose
 from protocol.path import Path
-from protocol.wire.view import Former, Report
+from protocol.wire.view import Formation, Former, Report
 
 ENDED = Epoch(generation=2, robot=1, life=5)
 VIEW = Epoch(generation=3, robot=1, life=5)
 PATH = Path([Point(x_m=0.0, y_m=0.0), Point(x_m=2.0, y_m=0.0), Point(x_m=2.0, y_m=2.0)])
 AT_M = {1: 4.0, 2: 3.0, 3: 1.5}
-TURNING = Turning(Turnabout(cut_m=0.5, end_m=4.0, back_by_m=1.0), ENDED, 3, PATH)
+FORMATION = Formation(
+    epoch=ENDED,
+    life=1,
+    turn=1,
+    members=3,
+    rank=0,
+    s_m=4.0,
+    place=Pose(x_m=2.0, y_m=2.0, heading_rad=0.0),
+    ahead=None,
+    behind=None,
+    leg_is_driven=True,
+    first=0,
+    vertices=3,
+    path=tuple(PATH),
+)
+TURNING = Turning(Turnabout(cut_m=0.5, end_m=4.0, back_by_m=1.0), FORMATION, PATH)
 
 
 def report(robot: int, formers: tuple[Former, ...]) -> Report:
@@ -34,9 +49,9 @@ def reports(**change: Former) -> dict[int, Report]:
 
 
 def test_the_order_is_reversed_and_the_path_is_cut_and_goes_the_other_way() -> None:
-    turned = turned_round(TURNING, reports())
+    turned = TURNING.turned(reports())
     assert turned is not None
-    order, path, places_m = turned
+    order, (path, places_m) = turned
     assert order == (3, 2, 1)
     assert [(round(v.x_m, 9), round(v.y_m, 9)) for v in path] == [(2.0, 2.0), (2.0, 0.0), (0.5, 0.0)]
     assert places_m == pytest.approx({1: 0.0, 2: 1.0, 3: 2.5})
@@ -52,25 +67,25 @@ def test_the_order_is_reversed_and_the_path_is_cut_and_goes_the_other_way() -> N
     ],
 )
 def test_a_strand_of_which_not_all_stand_in_their_order_does_not_turn_round(former: Former) -> None:
-    assert turned_round(TURNING, reports(r2=former)) is None
+    assert TURNING.turned(reports(r2=former)) is None
 
 
 def test_a_strand_of_which_one_has_not_reported_does_not_turn_round() -> None:
     there = reports()
     del there[2]
-    assert turned_round(TURNING, there) is None
+    assert TURNING.turned(there) is None
     del there[3]
-    assert turned_round(TURNING, there) is None, "nor without its tail"
+    assert TURNING.turned(there) is None, "nor without its tail"
 
 
 def test_a_robot_that_tells_two_places_in_it_does_not_stand_for_one_that_has_not_reported() -> None:
     there = {**reports(), 3: report(3, (stood_at(1.5, rank=2), stood_at(3.0, rank=1)))}
     del there[2]  # its body is on the path between the others
-    assert turned_round(TURNING, there) is None
+    assert TURNING.turned(there) is None
 
 
 def test_a_robot_that_was_not_in_it_does_not_keep_the_strand_from_turning_round() -> None:
     there = {**reports(), 4: report(4, ())}
-    turned = turned_round(TURNING, there)
+    turned = TURNING.turned(there)
     assert turned is not None
     assert turned[0] == (3, 2, 1)

@@ -1,12 +1,16 @@
 """A robot that has stayed on a strand's path keeps its place there, corners included."""
 
+from types import SimpleNamespace
+from typing import cast
+
 import pytest
 
-from agents.membership.places import COASTS_M, OldPlace, Places
+from agents.membership.places import COASTS_M, OldPlace, Past
+from agents.strand.member import Member
 from protocol.fence import Epoch
 from protocol.frames import Point, Pose
 from protocol.path import Path
-from protocol.wire.view import FORMERS_MAX, LEG_CORNERS_MAX, Former
+from protocol.wire.view import FORMERS_MAX, LEG_CORNERS_MAX, Counters, Former
 
 CORNER, AHEAD = Point(x_m=2.0, y_m=0.0), Point(x_m=2.0, y_m=1.0)
 LEG = (Point(x_m=0.5, y_m=0.0), CORNER, AHEAD)
@@ -21,6 +25,21 @@ def bend() -> Path:
 
 def left_at(progress_m: float, *, epoch: Epoch = EPOCH, rank: int = 1, path: Path | None = None) -> OldPlace:
     return OldPlace(epoch=epoch, rank=rank, progress_m=progress_m, path=path or bend())
+
+
+def ended(place: OldPlace, *, moved: bool = False, fits: bool = True) -> Member:
+    """A member of a strand that has ended, which left it at this place."""
+    member = SimpleNamespace(
+        formation=place,
+        strand=SimpleNamespace(behind_m=place.behind_m, neighbours={}),
+        progress_m=place.progress_m,
+        path=place.path,
+        has_moved=moved,
+        fits=fits,
+        counters=Counters(),
+        arrived=False,
+    )
+    return cast("Member", member)
 
 
 def at(x_m: float, y_m: float) -> Pose:
@@ -42,10 +61,10 @@ def ahead_at(
 
 
 def leg_of(
-    places: Places, ahead: tuple[Former, ...], stands: Pose, ahead_stands: Pose | None = None
+    past: Past, ahead: tuple[Former, ...], stands: Pose, ahead_stands: Pose | None = None
 ) -> tuple[Point, ...] | None:
     """The leg to a robot ahead that stands on its path, or there."""
-    return places.leg_to(ahead, stands, ahead_stands or at(2.0, 1.0), off_m_max=0.02)
+    return past.leg_to(ahead, stands, ahead_stands or at(2.0, 1.0), off_m_max=0.02)
 
 
 # --- where it stands --------------------------------------------------------------------------------
@@ -104,18 +123,18 @@ def test_a_way_with_more_corners_than_can_be_told_is_not_told(corners: int, told
 
 
 def test_a_leg_is_driven_if_both_stand_on_one_path_one_behind_the_other() -> None:
-    places = Places((left_at(0.5),))
-    assert leg_of(places, ahead_at(3.0), at(0.5, 0.0)) == LEG
+    past = Past((left_at(0.5),))
+    assert leg_of(past, ahead_at(3.0), at(0.5, 0.0)) == LEG
 
 
 def test_a_robot_that_was_cut_off_learns_the_way_from_the_robot_that_has_driven_it() -> None:
     known = Path([Point(x_m=0.0, y_m=0.0), Point(x_m=1.0, y_m=0.0)])
-    assert leg_of(Places((left_at(0.5, path=known),)), ahead_at(3.0), at(0.5, 0.0)) == LEG
+    assert leg_of(Past((left_at(0.5, path=known),)), ahead_at(3.0), at(0.5, 0.0)) == LEG
 
 
 def test_a_leg_is_laid_where_it_was_and_not_from_where_bodies_stand_beside_it() -> None:
-    places = Places((left_at(0.5),))
-    assert leg_of(places, ahead_at(3.0), at(0.5, -0.01), at(2.01, 1.0)) == LEG
+    past = Past((left_at(0.5),))
+    assert leg_of(past, ahead_at(3.0), at(0.5, -0.01), at(2.01, 1.0)) == LEG
 
 
 @pytest.mark.parametrize(
@@ -129,11 +148,11 @@ def test_a_leg_is_laid_where_it_was_and_not_from_where_bodies_stand_beside_it() 
 def test_no_leg_was_driven_from_or_to_where_a_robot_stands_beside_its_place(
     stands: Pose, ahead_stands: Pose | None
 ) -> None:
-    assert leg_of(Places((left_at(0.5),)), ahead_at(3.0), stands, ahead_stands) is None
+    assert leg_of(Past((left_at(0.5),)), ahead_at(3.0), stands, ahead_stands) is None
 
 
 def test_corners_that_the_robot_behind_has_passed_are_not_in_its_leg() -> None:
-    assert leg_of(Places((left_at(2.5),)), ahead_at(3.0), at(2.0, 0.5)) == (Point(x_m=2.0, y_m=0.5), AHEAD)
+    assert leg_of(Past((left_at(2.5),)), ahead_at(3.0), at(2.0, 0.5)) == (Point(x_m=2.0, y_m=0.5), AHEAD)
 
 
 @pytest.mark.parametrize(
@@ -152,31 +171,31 @@ def test_corners_that_the_robot_behind_has_passed_are_not_in_its_leg() -> None:
 def test_v23_a_leg_between_places_of_two_epochs_or_that_is_not_known_was_not_driven(
     ahead: tuple[Former, ...],
 ) -> None:
-    assert leg_of(Places((left_at(0.5),)), ahead, at(0.5, 0.0)) is None
+    assert leg_of(Past((left_at(0.5),)), ahead, at(0.5, 0.0)) is None
 
 
 def test_a_leg_of_an_earlier_strand_counts_for_robots_that_have_not_moved_since() -> None:
-    places = Places((left_at(0.5, epoch=BEFORE),)).with_old(left_at(0.5), moved=False)
-    assert leg_of(places, ahead_at(3.0, epoch=BEFORE), at(0.5, 0.0)) == LEG
+    past = Past((left_at(0.5, epoch=BEFORE),)).with_strand(ended(left_at(0.5)))
+    assert leg_of(past, ahead_at(3.0, epoch=BEFORE), at(0.5, 0.0)) == LEG
 
 
 # --- which places it has ------------------------------------------------------------------------------
 
 
 def test_a_robot_that_has_moved_in_a_strand_has_left_its_older_places() -> None:
-    places = Places((left_at(0.5, epoch=BEFORE),))
-    assert [former.epoch for former in places.with_old(left_at(1.0), moved=True).formers(at(1.0, 0.0))] == [
-        EPOCH
-    ]
+    past = Past((left_at(0.5, epoch=BEFORE),))
+    assert [
+        former.epoch for former in past.with_strand(ended(left_at(1.0), moved=True)).formers(at(1.0, 0.0))
+    ] == [EPOCH]
 
 
 def test_no_more_places_are_told_than_a_report_holds() -> None:
-    places = Places()
+    past = Past()
     for generation in range(6):
         epoch = Epoch(generation=generation, robot=1, life=7)
-        places = places.with_old(left_at(0.5, epoch=epoch), moved=False)
-    places = places.with_draft(EPOCH, 2)
-    told = places.formers(at(0.5, 0.0))
+        past = past.with_strand(ended(left_at(0.5, epoch=epoch)))
+    past = past.with_draft(EPOCH, 2)
+    told = past.formers(at(0.5, 0.0))
     assert len(told) == FORMERS_MAX
     assert [(former.epoch.generation, former.draft) for former in told] == [
         (3, True),
@@ -187,11 +206,15 @@ def test_no_more_places_are_told_than_a_report_holds() -> None:
 
 
 def test_a_place_in_a_draft_is_kept_until_that_draft_has_it_no_more() -> None:
-    places = Places().with_draft(EPOCH, 2)
-    assert places.with_draft(BEFORE, None) == places, "another view tells nothing of it"
-    assert places.with_draft(EPOCH, None) == Places()
-    assert places.with_draft(EPOCH, 1).formers(at(0.0, 0.0))[0].rank == 1
+    past = Past().with_draft(EPOCH, 2)
+    assert past.with_draft(BEFORE, None) == past, "another view tells nothing of it"
+    assert past.with_draft(EPOCH, None) == Past()
+    assert past.with_draft(EPOCH, 1).formers(at(0.0, 0.0))[0].rank == 1
 
 
 def test_a_strand_that_forms_ends_the_place_in_its_draft() -> None:
-    assert Places().with_draft(EPOCH, 2).with_old(left_at(0.5), moved=False).draft is None
+    assert Past().with_draft(EPOCH, 2).with_strand(ended(left_at(0.5))).draft is None
+
+
+def test_a_robot_that_did_not_stand_at_its_place_in_a_strand_has_no_place() -> None:
+    assert Past((left_at(0.5, epoch=BEFORE),)).with_strand(ended(left_at(0.5), fits=False)).places == ()

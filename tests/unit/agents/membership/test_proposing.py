@@ -7,7 +7,7 @@ from agents.body.senses import Senses
 from agents.commands import Put
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
-from agents.membership.past import Past
+from agents.membership.places import Past
 from agents.membership.pleas import Pleas
 from agents.membership.proposing import Proposing
 from agents.membership.reporting import Reporter
@@ -54,7 +54,7 @@ def raised_at_s(*, last_moved_s: float) -> float | None:
         told = odometry(tenth, TURN, stood_s=max(0.0, now_s - last_moved_s))
         driver.hear(told)
         reporter.act(driver, senses, now_s)
-        commands = proposing.act(told, reporter, None, now_s, coordinates=False)
+        commands = proposing.act(told, reporter, None, now_s)
         if any(isinstance(command, Put) for command in commands):
             return now_s
     return None
@@ -79,6 +79,7 @@ def test_where_no_body_moves_one_that_is_left_out_raises_as_any_robot_only_if_th
     suspicion.presence.come(WORLD_NUMBER, "world", 0.0)
     suspicion.presence.come(1, "leader", 0.0)
     proposing = Proposing(3, LIFE, TIMING, suspicion, Pleas(TIMING))
+    reporter = Reporter(EPOCH, LIFE, MISSION, TIMING, Memory(MISSION), Past(), heard_at_s=0.0)
     fence = Fence(epoch=EPOCH, turn=2, may=May.ALL, robot=1, members=2)
     proposing.enter(fence, 0.0)
     if not leader_lives:
@@ -88,7 +89,7 @@ def test_where_no_body_moves_one_that_is_left_out_raises_as_any_robot_only_if_th
         now_s = tenth / 10.0
         suspicion.live(now_s)
         told = odometry(tenth, fence, stood_s=now_s)
-        commands = proposing.act(told, None, None, now_s, coordinates=False)
+        commands = proposing.act(told, reporter, None, now_s)
         puts = [each.change for each in commands if isinstance(each, Put)]
         raises += [each.cause is Cause.OUTSIDERS for each in puts if isinstance(each, Raise)]
     assert raises[0]

@@ -10,8 +10,7 @@ from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import AskScan, Command, Say
 from agents.liveness.timing import Timing
-from agents.membership.past import Past
-from agents.membership.places import OldPlace, Places
+from agents.membership.places import OldPlace, Past
 from agents.membership.reporting import Reporter
 from agents.membership.turn import Ended
 from agents.strand.memory import Memory
@@ -28,14 +27,14 @@ HERE, AHEAD = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), Pose(x_m=0.8, y_m=0.0, he
 MISSION = under("certified", robots=3, robot_radius_m=0.1, goal=Point(x_m=5.0, y_m=0.0))
 TIMING = Timing()
 PATH = Path([Point(x_m=0.0, y_m=0.0), Point(x_m=0.8, y_m=0.0)])
-DRIVEN = Places((OldPlace(BEFORE, 1, 0.0, PATH),))
+DRIVEN = Past((OldPlace(BEFORE, 1, 0.0, PATH),))
 
 
 @dataclass
 class Bound:
     """A bound robot that stands, with its odometry."""
 
-    places: Places = field(default_factory=Places)
+    past: Past = field(default_factory=Past)
     fence: Fence = Fence(epoch=EPOCH)  # noqa: RUF009 - it is frozen
 
     def __post_init__(self) -> None:
@@ -48,7 +47,7 @@ class Bound:
             mission=MISSION,
             timing=TIMING,
             memory=Memory(MISSION),
-            past=Past(self.places),
+            past=self.past,
             heard_at_s=0.0,
         )
 
@@ -141,7 +140,7 @@ def test_after_a_turn_of_its_own_it_tells_its_place_from_a_later_one() -> None:
 
 
 def test_a_robot_that_has_driven_by_its_own_steps_has_left_its_former_places() -> None:
-    bound = Bound(places=DRIVEN)
+    bound = Bound(DRIVEN)
     assert [former.epoch for former in reports(bound.at(0.0))[0].formers] == [BEFORE]
     bound.reporter.leave_places()
     assert reports(bound.at(0.1))[0].formers == ()
@@ -211,7 +210,7 @@ def leg_to(ahead_m: Point) -> Question:
 
 
 def test_a_leg_that_was_driven_is_told_without_a_look() -> None:
-    bound = Bound(places=DRIVEN)
+    bound = Bound(DRIVEN)
     bound.at(0.0)
     bound.answered(0.05, 1, question=leg_to(Point(x_m=0.8, y_m=0.0)))
     commands = bound.at(0.1)
@@ -225,7 +224,7 @@ def test_a_leg_that_was_driven_is_told_without_a_look() -> None:
 def test_a_leg_of_a_robot_that_stands_further_beside_its_place_than_one_drive_is_off_is_looked_at(
     share: float, looks: bool
 ) -> None:
-    bound = Bound(places=DRIVEN)
+    bound = Bound(DRIVEN)
     bound.at(0.0)
     bound.answered(0.05, 1, question=leg_to(Point(x_m=0.8, y_m=share * MISSION.mu0_m)))
     assert bool([each for each in bound.at(0.1) if isinstance(each, AskScan)]) == looks

@@ -13,7 +13,9 @@ from agents.liveness.timing import PATIENCE_S
 from agents.membership.joining import Joining
 from agents.membership.turn import TurnTaker
 from agents.navigation.step import NoStep
-from protocol.frames import Point
+from protocol.fence import Fence
+from protocol.frames import Point, Pose
+from protocol.wire.messages import Odometry, Phase
 from protocol.wire.view import Join
 from world.scenario.scenario import load
 
@@ -28,6 +30,18 @@ class Stands:
     standing = True
     progress_m = 0.0
     position = np.zeros(2)
+    odometry = Odometry(
+        n=1,
+        t_s=0.0,
+        pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0),
+        moving=False,
+        finished=0,
+        fence=Fence(),
+        phase=Phase.RUNNING,
+    )
+
+    def begin(self, *_: object) -> None:
+        pass
 
     def take(self) -> "Stands":
         return self
@@ -39,6 +53,9 @@ class Stands:
 class NoWay:
     """What it plans: nothing."""
 
+    def begin(self, *_: object, **__: object) -> None:
+        pass
+
     def plan(self, *_: object) -> NoStep:
         return NoStep("no way")
 
@@ -48,7 +65,8 @@ def turn_s(waiting: int, body: Stands, plans: NoWay) -> float:
     others = tuple(Point(x_m=float(number), y_m=0.0) for number in range(1, waiting + 1))
     strand, robots = (Point(x_m=-1.0, y_m=0.0),), tuple(range(2, waiting + 3))
     join = Join(turn=1, strand=strand, waiting=others, robots=robots, line=(), last_leg=0)
-    turn = TurnTaker(MISSION, cast("Driver", body), cast("Senses", body), cast("Joining", plans), join)
+    driver, senses, joining = cast("Driver", body), cast("Senses", body), cast("Joining", plans)
+    turn = TurnTaker(MISSION, driver, senses, joining, join, life=1)
     now_s = 0.0
     while turn.ended is None and now_s < FOR_EVER_S:
         turn.act(now_s)

@@ -24,7 +24,6 @@ from tests.support.stages.strand_stage import (
     PLACES,
     behind,
     fence_all,
-    life_of,
     own,
     place,
     queue_path,
@@ -67,7 +66,6 @@ class Stage:
             )
             self.members[robot] = Member(
                 robot,
-                life=life_of(robot),
                 mission=MISSION,
                 driver=driver,
                 senses=Senses(MISSION, driver),
