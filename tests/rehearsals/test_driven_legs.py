@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from agents.strand import leader
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.errors import UsageError
 from protocol.faults.plan import Plan
@@ -155,10 +156,12 @@ def test_drive_errors_do_not_add_up_where_a_tail_comes_back_and_has_a_new_life_e
 ) -> None:
     """The way back out of the dead end ends where the tail stood, and each drive is off towards a post there.
 
-    Its neighbour does not hear that it may come up, so that the last drive is a long one.
+    Its neighbour does not hear that it may come up, so that the last drive is a long one. The leader takes it
+    that another way begins where the path does: else the tail leads out by steps of its own.
     """
     comes_back = False
 
+    monkeypatch.setattr(leader, "way_back_m", lambda *_: 0.0)
     monkeypatch.setattr(arena, "stream", adverse(lambda low, _high: low if comes_back else 0.0))
     scenario = legs(
         "dead-end-beside-a-post",
