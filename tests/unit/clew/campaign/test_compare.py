@@ -157,14 +157,16 @@ def test_the_verb_compares_two_laws_on_the_same_scenes(
     assert "mine: not complete: there is no campaign.json" in rest.stderr
 
 
-@pytest.mark.parametrize("place", ["none", "."])
+@pytest.mark.parametrize(
+    ("place", "why"), [("none", "there is no such run or campaign"), (".", "is neither a run nor a campaign")]
+)
 def test_what_is_no_campaign_is_refused_in_one_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str, why: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
     refused = clew("compare", place, place)
     assert (refused.exit_code, refused.stderr.count("\n")) == (2, 1)
-    assert "is neither a run nor a campaign" in refused.stderr
+    assert why in refused.stderr
 
 
 def test_the_verb_says_one_pair_and_two_pairs_of_one_scene(tmp_path: Path) -> None:
