@@ -79,7 +79,7 @@ def test_a_recording_of_another_program_is_not_replaced_but_an_earlier_export_is
     out = tmp_path / "bag.mcap"
     bag = Writer(str(out))
     bag.start(profile="ros2")
-    bag.finish()
+    bag.finish()  # type: ignore[no-untyped-call] # of the library
     before = out.read_bytes()
     said = clew("log", "export", run, "--to", "mcap", "--out", out)
     assert (said.exit_code, said.stderr) == (2, f"Error: {out}: it is no earlier export, and would be lost\n")
