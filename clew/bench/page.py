@@ -6,9 +6,10 @@ from msgspec.structs import replace
 
 from clew.bench.result import Aim, Figure, Result, Spread
 
-HEAD = """# Performance
+MARK = "`clew bench page` writes this page"
+HEAD = f"""# Performance
 
-What Clew costs, beside peers and the bare transport in the same run. `clew bench page` writes this page from
+What Clew costs, beside peers and the bare transport in the same run. {MARK} from
 the files in [docs/performance](performance), which `clew bench ... --json` made. Do not edit it by hand.
 
 A figure is the median of its repeats, with the first and third quartile in brackets. A ratio is the figure

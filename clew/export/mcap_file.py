@@ -27,6 +27,10 @@ from protocol.timeline import Entry, PoseSampled, ScanServed, kind_of
 from protocol.timeline.base import Kind
 from world.record.recorder import Header, line
 
+OURS = "clew"
+"""The name of our metadata, which stand first in the file."""
+MARK = len(OURS).to_bytes(4, "little") + OURS.encode()
+"""The same as it is written."""
 FOREIGN = "FoxgloveError: "  # its writer's errors have no type of their own, but this beginning
 
 
@@ -35,7 +39,7 @@ def export(log: Log, out: Path) -> Exported:
     surveyed, count = survey(log), 0
     scenario, flaws = readable_scenario(log)
     start_ns = started_ns(log.header)
-    with whole_file(out) as draft, _opened(draft, log.header) as context:
+    with whole_file(out, MARK) as draft, _opened(draft, log.header) as context:
         writing = _Writing(context, start_ns, None if scenario is None else Scene(scenario, surveyed.paths))
         writing.begin(log.header)
         for source, entry in surveyed.lines():
@@ -55,7 +59,7 @@ def _opened(path: Path, header: Header) -> Iterator[foxglove.Context]:
     said = {name: getattr(header, name) for name in ("schema", "run", "seed", "scenario_hash", "started_at")}
     try:
         with foxglove.open_mcap(path, context=context) as writer:
-            writer.write_metadata("clew", {name: str(value) for name, value in said.items()})
+            writer.write_metadata(OURS, {name: str(value) for name, value in said.items()})
             yield context
     except RuntimeError as error:
         if not str(error).startswith(FOREIGN):

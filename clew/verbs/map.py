@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from clew.verbs.extras import need
-from clew.verbs.options import FINITE, NamedPath, robot_radius_option
+from clew.verbs.options import FINITE, PATH, robot_radius_option
 from clew.verbs.say import warn
 from protocol.errors import UsageError
 from protocol.files.opening import WRITTEN_BYTES_MAX
@@ -43,7 +43,7 @@ def _heading(
 
 
 @click.command("map", cls=_WithPlaces)
-@click.argument("file", metavar="FILE.yaml", type=NamedPath(exists=True, dir_okay=False, path_type=Path))
+@click.argument("file", metavar="FILE.yaml", type=PATH)
 @click.option(
     "--start",
     type=(FINITE, FINITE, FINITE),
@@ -75,6 +75,8 @@ def map_verb(file: Path, *, robot_radius_m: float, **asked: Any) -> None:  # noq
     FILE.yaml is a map as map_server reads it, with its image (PGM, PNG or BMP) beside it. Every cell that is
     not known to be free is an obstacle: unknown cells, too, and what lies beyond the image.
     """
+    if not file.is_file():  # first: a mistyped path needs no library
+        raise UsageError(f"{file}: there is no such file")
     for module in ("PIL", "yaml"):
         need(module, extra="maps", by="maps need")
     from clew.maps.occupancy import SAVED_UNKNOWN, read_map

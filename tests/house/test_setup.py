@@ -165,9 +165,8 @@ def test_more_libraries_come_for_a_verb_with_something_to_read_and_not_for_its_h
     (tmp_path / "a" / "events.jsonl").touch()
     shutil.copy(ROOT / "launch" / "clew", tmp_path)
     (tmp_path / "setup.sh").write_text('set_up() { echo "$1"; exit; }')
-    said = subprocess.check_output(
-        [str(tmp_path / "clew"), *words], cwd=tmp_path, text=True, timeout=DEADLINE_S
-    )
+    command: list[str | Path] = [tmp_path / "clew", *words]
+    said = subprocess.check_output(command, cwd=tmp_path, text=True, timeout=DEADLINE_S)
     assert said == f"{level}\n"
 
 

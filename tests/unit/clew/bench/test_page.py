@@ -73,9 +73,19 @@ def test_without_a_missed_aim_there_is_no_table_of_misses() -> None:
 
 def test_the_verb_writes_the_page_of_results(tmp_path: Path) -> None:
     (tmp_path / "hop.json").write_bytes(msgspec.json.encode(HOP))
-    told = clew("bench", "page", tmp_path / "hop.json", "--out", tmp_path / "page.md")
-    assert told.exit_code == 0, told.output
-    assert (tmp_path / "page.md").read_text(encoding="utf-8") == page([HOP])
+    for _ in range(2):
+        told = clew("bench", "page", tmp_path / "hop.json", "--out", tmp_path / "page.md")
+        assert told.exit_code == 0, told.output
+        assert (tmp_path / "page.md").read_text(encoding="utf-8") == page([HOP])
+
+
+def test_the_verb_replaces_no_file_but_such_a_page(tmp_path: Path) -> None:
+    (tmp_path / "hop.json").write_bytes(msgspec.json.encode(HOP))
+    (tmp_path / "notes.md").write_bytes(b"# Performance\n\nMy notes \xff.\n")
+    told = clew("bench", "page", tmp_path / "hop.json", "--out", tmp_path / "notes.md")
+    refusal = f"cannot write {tmp_path}/notes.md: it is there, and no such page that could be replaced"
+    assert (told.exit_code, told.stderr) == (2, f"Error: {refusal}\n")
+    assert (tmp_path / "notes.md").read_bytes().startswith(b"# Performance\n\nMy notes")
 
 
 def test_the_verb_refuses_what_is_no_result(tmp_path: Path) -> None:

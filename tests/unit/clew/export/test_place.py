@@ -7,8 +7,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from mcap.writer import Writer
 
 from clew.export import place
+from clew.export.mcap_file import MARK
 from clew.export.place import whole_file, whole_folder
 from protocol.errors import UsageError
 from protocol.root import ROOT
@@ -30,7 +32,7 @@ def interrupted(draft: Path) -> None:
 
 def test_an_unfinished_file_leaves_nothing(tmp_path: Path) -> None:
     out = tmp_path / "deep" / "events.mcap"
-    with pytest.raises(KeyboardInterrupt), whole_file(out) as draft:
+    with pytest.raises(KeyboardInterrupt), whole_file(out, MARK) as draft:
         interrupted(draft)
     assert list(out.parent.iterdir()) == []
 
@@ -43,17 +45,17 @@ def test_an_export_that_is_interrupted_as_it_begins_leaves_nothing(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(place, "make_folder", made)
-    with pytest.raises(KeyboardInterrupt), whole_file(tmp_path / "events.mcap"):
+    with pytest.raises(KeyboardInterrupt), whole_file(tmp_path / "events.mcap", MARK):
         pass
     assert list(tmp_path.iterdir()) == []
 
 
 def test_an_earlier_file_stays_until_the_new_one_is_complete(tmp_path: Path) -> None:
     out = tmp_path / "events.mcap"
-    out.write_bytes(b"old")
-    with whole_file(out) as draft:
+    out.write_bytes(b"old" + MARK)
+    with whole_file(out, MARK) as draft:
         draft.write_bytes(b"new")
-        assert out.read_bytes() == b"old"
+        assert out.read_bytes() == b"old" + MARK
     assert out.read_bytes() == b"new"
     assert list(tmp_path.iterdir()) == [out]
 
@@ -69,6 +71,22 @@ def test_an_earlier_folder_stays_until_the_new_one_is_complete(tmp_path: Path) -
         interrupted(draft / "half.csv")
     assert [each.name for each in out.iterdir()] == ["new.csv"]
     assert list(tmp_path.iterdir()) == [out]
+
+
+def test_a_recording_of_another_program_is_not_replaced_but_an_earlier_export_is(
+    run: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "bag.mcap"
+    bag = Writer(str(out))
+    bag.start(profile="ros2")
+    bag.finish()  # type: ignore[no-untyped-call] # of the library
+    before = out.read_bytes()
+    said = clew("log", "export", run, "--to", "mcap", "--out", out)
+    assert (said.exit_code, said.stderr) == (2, f"Error: {out}: it is no earlier export, and would be lost\n")
+    assert out.read_bytes() == before
+    out.write_bytes(b"")  # as mktemp makes it
+    for _ in range(2):
+        assert clew("log", "export", run, "--to", "mcap", "--out", out).exit_code == 0
 
 
 def test_a_folder_with_foreign_files_is_not_replaced(run: Path) -> None:
@@ -151,7 +169,7 @@ def test_an_unwritable_place_is_reported_in_one_line(tmp_path: Path, run: Path) 
     said = clew("log", "export", run, "--to", "csv", "--out", tmp_path / "file" / "csv")
     assert said.exit_code == 2
     assert said.stderr.startswith(f"Error: {tmp_path}/file/csv: cannot be written: ")
-    with pytest.raises(UsageError, match="No space left"), whole_file(tmp_path / "full.mcap"):
+    with pytest.raises(UsageError, match="No space left"), whole_file(tmp_path / "full.mcap", MARK):
         Path("/dev/full").write_bytes(b"more than fits")
 
 
