@@ -11,7 +11,6 @@ Rule 4: the seed that caught a mutant the last time is played first, then the ot
 
 import os
 import resource
-import shutil
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -104,7 +103,6 @@ def _checked(mutant: Mutant) -> Caught:
     with TemporaryDirectory(prefix="clew-mutant-") as name:
         folder, before = Path(name), _spent_s()
         apply(mutant, folder)
-        shutil.copytree(ROOT / "tests", folder / "tests", ignore=shutil.ignore_patterns("__pycache__"))
         for each in ROOT.iterdir():  # what tests read
             if not (folder / each.name).exists():
                 (folder / each.name).symlink_to(each)
@@ -133,16 +131,18 @@ def _spent_s() -> float:
 def apply(mutant: Mutant, folder: Path) -> None:
     """Lay our source out in the folder, and put the mutated files there in place of ours.
 
-    All else is links, with the bytecode: to copy and to compile it took more time than many a search.
+    All else is links, with the bytecode: to copy and to compile it took more time than many a search. Folders
+    without an edit are links as a whole: to make one for each file took as much time as to load them.
 
     Raises:
         UsageError: the source does not contain the piece to replace, or contains it twice.
     """
     for package in PACKAGES:
-        unfinished = shutil.ignore_patterns("*.pyc.*")  # another process writes that now
-        shutil.copytree(ROOT / package, folder / package, ignore=unfinished, copy_function=os.symlink)
+        (folder / package).symlink_to(ROOT / package)
     for edit in mutant.edits:
         path = folder / edit.file
+        for each in (*reversed(Path(edit.file).parents[:-1]), Path(edit.file).parent / "__pycache__"):
+            _divide(folder / each)
         text = path.read_text(encoding="utf-8")
         if (count := text.count(edit.before)) != 1:
             raise UsageError(
@@ -151,6 +151,16 @@ def apply(mutant: Mutant, folder: Path) -> None:
         for ours in (path, *path.parent.glob(f"__pycache__/{path.stem}.*")):
             ours.unlink()  # a link: to write there would change our source
         path.write_text(text.replace(edit.before, edit.after), encoding="utf-8")
+
+
+def _divide(link: Path) -> None:
+    """Put a folder of links in place of a link to a folder."""
+    if link.is_symlink():
+        ours = link.readlink()
+        link.unlink()
+        link.mkdir()
+        for each in ours.iterdir():
+            (link / each.name).symlink_to(each)
 
 
 def is_catch(outcome: Outcome, mutant: Mutant) -> bool:

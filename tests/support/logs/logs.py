@@ -1,5 +1,6 @@
 """Logs for tests, written by the recorder itself."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
@@ -65,7 +66,7 @@ GOOD = Verdict(
 """The verdict on a successful run of paper.toml."""
 
 
-def numbered(records: tuple[tuple[str, Record], ...]) -> list[Line]:
+def numbered(records: Sequence[tuple[str, Record]]) -> list[Line]:
     """Entries with their numbers per source, one per second."""
     counts = dict.fromkeys((source for source, _ in records), 0)
     lines = []

@@ -191,7 +191,8 @@ def seen_m(line: Line2D) -> float:
 def test_a_robot_that_drove_for_one_instant_is_visible(folder: Path) -> None:
     drawn = course(folder / "pedestrian")
     places_m = drawn.places_m.copy()
-    places_m[:50, 1], places_m[50:, 1] = places_m[0, 1], places_m[50, 1]
+    places_m[:50, 1] = places_m[0, 1]
+    places_m[50:, 1] = places_m[50, 1]
     stood = replace(drawn, places_m=places_m)
     (at_m,) = (each for each in moving_clearance_m(stood)[:, 1] if np.isfinite(each))
     panel = painted(chart(stood, "clearance"))[1]

@@ -173,7 +173,7 @@ def test_a_robot_may_be_named_as_the_log_names_it(run: Path) -> None:
 
 
 def test_a_pipe_gets_many_lines_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    run = recorded(tmp_path / "long", numbered((("r1", RobotReleased()),) * 2500))
+    run = recorded(tmp_path / "long", numbered([("r1", RobotReleased())] * 2500))
     counts: list[int] = []
     monkeypatch.setattr(click, "echo", lambda text, **_: counts.append(text.count("\n") + 1))
     clew(run, "--source", "r1")
@@ -181,7 +181,7 @@ def test_a_pipe_gets_many_lines_at_once(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_a_reader_that_closes_the_pipe_is_no_error(tmp_path: Path) -> None:
-    many = (("r1", RobotReleased()),) * 20_000  # more than any pipe holds
+    many = [("r1", RobotReleased())] * 20_000  # more than any pipe holds
     run = recorded(tmp_path / "long", numbered(many))
     command = [sys.executable, "-m", "clew.cli", "log", "cat", str(run)]
     with subprocess.Popen(
