@@ -57,6 +57,12 @@ class Ground:
         length_m = self.path.end_m - self.tail_m
         return self.path.between(max(leader_m - length_m, 0.0), max(leader_m - self.keep_m, 0.0))
 
+    @property
+    def taken_from_tail(self) -> Floats:
+        """The ground (n, 2) of the robots ahead of the tail, for the tail."""
+        end_m = self.path.end_m
+        return self.path.between(min(self.tail_m + self.keep_m, end_m), end_m)
+
     def _from_tail(self, to_m: float) -> Floats:
         corners = self.path.between(min(self.tail_m, to_m), to_m)
         return corners if self.keep_m > 0.0 else corners[:1]

@@ -4,7 +4,8 @@ Rule 1: if the leader has another way from a place between it and the tail, past
         backs up along its own path until it stands there, as a train does. The robots behind will take up as
         much of the path as they do now.
 Rule 2: if it has none, no robot ahead of the tail leads out: the tail leads, from where it stands, and need
-        not take again each turn that the strand has taken.
+        not take again each turn that the strand has taken. If the map shows no way from there, as in a
+        corridor that barely fits, the strand backs up to where it shows one.
 Rule 3: where the tail cannot come back far enough, its leader steps away on the shortest way that lets it.
 Rule 4: a step after which no more can be granted makes no room. After `ROOM_STEPS_MAX` of them it gives up.
 """
@@ -26,7 +27,7 @@ ROOM_STEPS_MAX = 5  # some steps round a hairpin free no ground behind; steps to
 
 
 def way_back_m(ground: Ground, keep_m: float, reachable: Callable[[Floats, Floats], bool]) -> float | None:
-    """An arc length beyond the tail from which the goal can be reached (rule 1); None where there is none.
+    """An arc length from which the leader has another way (rule 1); None: the tail leads (rule 2).
 
     It is one place short of the farthest, from where the certificate may refuse what the map shows.
 
@@ -37,17 +38,20 @@ def way_back_m(ground: Ground, keep_m: float, reachable: Callable[[Floats, Float
         keep_m: least distance of a centre from an obstacle.
         reachable: whether the goal can be reached from a place (2,), with so much ground taken (n, 2).
     """
-    tail_m, end_m = ground.tail_m, ground.path.end_m
-    places_m = np.append(np.arange(tail_m, end_m, PLACES_APART_KEEPS * keep_m), end_m)
+    path, tail_m, end_m = ground.path, ground.tail_m, ground.path.end_m
+    places_m = np.append(np.arange(0.0, end_m, PLACES_APART_KEEPS * keep_m), end_m)
 
     def reaches(index: int) -> bool:
-        return reachable(xy(ground.path.at(places_m[index])), ground.taken_from(places_m[index]))
+        return reachable(xy(path.at(places_m[index])), ground.taken_from(places_m[index]))
 
-    good, bad = 0, len(places_m) - 1
+    good, bad = -1, len(places_m) - 1
     while bad - good > 1:
         middle = (good + bad) // 2
         good, bad = (middle, bad) if reaches(middle) else (good, middle)
-    return float(places_m[good - 1]) if good > 1 else None
+    back_to_m = float(places_m[max(good - 1, 0)])
+    if back_to_m <= tail_m and reachable(xy(path.at(tail_m)), ground.taken_from_tail):
+        return None
+    return back_to_m
 
 
 class Room:

@@ -75,7 +75,7 @@ class DeadEnd:
     """The only way leads back."""
 
     back_to_m: float | None
-    """Arc length, beyond the tail, from which the leader has another way; None: the tail leads, at once."""
+    """Arc length from which the leader has another way; None: the tail leads, at once."""
 
 
 Plan = StepPlanned | NoStep | Crossed | LookCloser | Wait | DeadEnd

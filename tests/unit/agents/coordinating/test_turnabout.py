@@ -1,5 +1,7 @@
 """The formation of a strand that turns round."""
 
+from dataclasses import replace
+
 import pytest
 
 from agents.coordinating.agreeing import Turning
@@ -56,6 +58,23 @@ def test_the_order_is_reversed_and_the_path_is_cut_and_goes_the_other_way() -> N
     assert [(round(v.x_m, 9), round(v.y_m, 9)) for v in path] == [(2.0, 2.0), (2.0, 0.0), (0.5, 0.0)]
     assert places_m == pytest.approx({1: 0.0, 2: 1.0, 3: 2.5})
     assert path.end_m == pytest.approx(3.5)
+
+
+@pytest.mark.parametrize("cut_m", [0.5, 2.5])  # it was heard of late; a robot between them has lied
+def test_a_tail_that_leads_does_so_from_where_it_reports_to_stand(cut_m: float) -> None:
+    turning = replace(TURNING, turnabout=Turnabout(cut_m=cut_m, end_m=4.0, back_by_m=0.0))
+    turned = turning.turned(reports())
+    assert turned is not None
+    _, (path, places_m) = turned
+    assert path.end_m == pytest.approx(2.5)
+    assert places_m == pytest.approx({1: 0.0, 2: 1.0, 3: 2.5})
+
+
+def test_a_tail_that_tells_a_place_ahead_of_others_moves_none_of_theirs() -> None:
+    turning = replace(TURNING, turnabout=Turnabout(cut_m=1.5, end_m=4.0, back_by_m=0.0))
+    turned = turning.turned(reports(r3=stood_at(3.9, rank=2)))
+    assert turned is not None
+    assert turned[1][1] == pytest.approx({1: 0.0, 2: 1.0, 3: 0.1})
 
 
 @pytest.mark.parametrize(

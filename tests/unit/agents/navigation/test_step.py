@@ -119,6 +119,24 @@ def test_if_its_way_on_begins_between_it_and_the_tail_the_strand_backs_up_until_
     assert path.at(answer.back_to_m).x_m == pytest.approx(-0.6, abs=0.15), "below the gap"
 
 
+def test_if_the_map_shows_no_way_from_where_the_tail_stands_the_strand_backs_up_to_where_it_does() -> None:
+    """Found in a corridor that barely fits: noise of the scans had closed it in the map, behind the tail."""
+    mission = to(-1.6, 1.5)
+    corridor: list[Shape] = [
+        wall((0.3, -0.3), (-2.0, -0.3)),
+        wall((-1.3, 0.3), (0.3, 0.3)),
+        wall((0.3, 0.3), (0.3, -0.3)),
+        wall((-1.2, 0.3), (-1.2, 0.15)),
+        wall((-1.2, -0.15), (-1.2, -0.3)),
+    ]
+    path = Path([Point(x_m=-1.8, y_m=0.0), Point(x_m=0.0, y_m=0.0)])
+    queue = Ground(path, tail_m=1.2, granted_m=1.5, keep_m=0.3, behind_m=1.5)
+    answer = plan(Leader(mission, ORIGIN), corridor, mission, queue)
+    assert isinstance(answer, DeadEnd)
+    assert answer.back_to_m is not None
+    assert path.at(answer.back_to_m).x_m < -1.2, "beyond the spot that the map shows as closed"
+
+
 def test_a_leader_alone_neither_waits_nor_turns_round() -> None:
     mission = to(3.0, 0.0)
     for settled in (False, True):
