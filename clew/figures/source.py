@@ -5,8 +5,7 @@ from pathlib import Path
 from clew.campaign.campaign import CAMPAIGN_FILE
 from clew.figures.outcomes import Read, read_campaign
 from clew.log import timeline
-from clew.log.log import check_one_fleet
-from protocol.errors import UsageError
+from clew.log.log import check_run_or_campaign
 from world.record.recorder import EVENTS_FILE
 
 
@@ -16,9 +15,7 @@ def read_source(source: Path) -> timeline.Timeline | Read:
     Raises:
         UsageError: it is neither, has several fleets, or cannot be read.
     """
-    if not source.exists():
-        raise UsageError(f"{source}: there is no such run or campaign")
-    check_one_fleet(source)
+    check_run_or_campaign(source)
     path = source / (EVENTS_FILE if (source / EVENTS_FILE).exists() else CAMPAIGN_FILE)
     if not source.is_dir():
         path = source

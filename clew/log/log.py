@@ -76,6 +76,17 @@ class Log:
             raise UsageError(f"no run in {where}: {error.strerror}") from error
 
 
+def check_run_or_campaign(source: Path) -> None:
+    """Refuse what is not there, and the folder of a run with several fleets.
+
+    Raises:
+        UsageError: it says which.
+    """
+    if not source.exists():
+        raise UsageError(f"{source}: there is no such run or campaign")
+    check_one_fleet(source)
+
+
 def check_one_fleet(run: Path) -> None:
     """Refuse the folder of a run with several fleets, where one fleet is needed.
 

@@ -66,12 +66,10 @@ def compare(*, a: Path, b: Path, each: bool, as_json: bool) -> None:
     fleets arrived.
     """
     from clew.campaign.compare import compare as compared
-    from clew.log.log import check_one_fleet
+    from clew.log.log import check_run_or_campaign
 
     for each_of_two in (a, b):
-        if not each_of_two.exists():
-            raise UsageError(f"{each_of_two}: there is no such run or campaign")
-        check_one_fleet(each_of_two)
+        check_run_or_campaign(each_of_two)
     if _is_run(a) and _is_run(b):
         if each:
             raise UsageError("--each is for two campaigns, and A and B are runs")
