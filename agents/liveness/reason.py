@@ -10,7 +10,10 @@ class Turnabout:
     """How the strand is to turn round, in arc lengths of the epoch that ends."""
 
     cut_m: float
-    """Where the new path ends: the part before that is not needed any more."""
+    """Where the new path ends, as the leader knows it: the part before that is not needed any more.
+
+    If the new leader plans on its own, the path ends at the place that it reports, whatever this says.
+    """
     end_m: float
     """Where the new path begins: at the robot that leads until then."""
     back_by_m: float
