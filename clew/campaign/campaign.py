@@ -42,13 +42,13 @@ from clew.swarm.swarm import draw
 from protocol.errors import UsageError
 from protocol.faults import plan as plans
 from protocol.files.opening import MADE_BYTES_MAX, open_regular, read_bytes
-from protocol.files.writing import make_folder, open_private, write_whole
+from protocol.files.writing import check_ours, make_folder, open_private, write_whole
 from protocol.law_files import copies, is_of_file, named
 from protocol.root import ROOT
 from world.record.recorder import EVENTS_FILE, held_alone
 
 EPISODES_FILE, CAMPAIGN_FILE, SCENES_FOLDER = "episodes.jsonl", "campaign.json", "scenes"
-DRAWN_FOLDER = "drawn"
+DRAWN_FOLDER, DRAWN_MARK = "drawn", b'name = "swarm-'
 SEEN_BY = 2000  # swarm episodes after which every coverage counter must have counted
 PACKAGES = ("agents", "clew", "protocol", "world")
 _OURS = ("campaign", "coverage", "fields", "guided", "judge", "percentiles.py", "rehearsal", "swarm")
@@ -173,7 +173,7 @@ def _check_folder(out: Path) -> None:
     """Refuse a folder in which we would replace what is not ours.
 
     Raises:
-        UsageError: it is a run's folder, or another program's `campaign.json` is there.
+        UsageError: it is a run's folder, or a file is there that is not ours and that we may replace.
         OSError: that file cannot be read.
     """
     if (out / EVENTS_FILE).exists():
@@ -183,6 +183,8 @@ def _check_folder(out: Path) -> None:
         with open_regular(path) as file:
             if HEAD.match(file.read(HEAD_BYTES)) is None:
                 raise UsageError(f"{path}: no campaign of Clew wrote this file, and one would replace it")
+    for drawn in (out / DRAWN_FOLDER).glob("[0-9]*.toml"):
+        check_ours(drawn, DRAWN_MARK)
 
 
 def read_outcomes(path: Path) -> dict[str, Outcome]:

@@ -113,6 +113,11 @@ def scene(field: Field) -> dict[str, Any]:
     return _built(field) if field.kind in BUILT else _scattered(field)
 
 
+def mark(kind: str, seed: int) -> bytes:
+    """What stands near the beginning of the file of such a field."""
+    return f'"name": "{kind}-{seed}", "family": "{kind}", "units": "m"'.encode()
+
+
 def _built(field: Field) -> dict[str, Any]:
     built = _build(field)
     size_m = (round(built.size_m[0], DECIMALS), round(built.size_m[1], DECIMALS))

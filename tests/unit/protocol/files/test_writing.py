@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from protocol.files.writing import make_folder, open_private, write_whole
+from protocol.errors import UsageError
+from protocol.files.writing import check_ours, make_folder, open_private, write_whole
 
 
 def mode_of(path: Path) -> int:
@@ -78,3 +79,32 @@ def test_a_failed_write_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.
     with pytest.raises(OSError, match="No space"):
         write_whole(tmp_path / "file", b"after")
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("file", b"before")]
+
+
+MARK = b"made by us"
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"%PDF " + MARK, b"x" * 9000 + MARK, MARK + b"x" * 9000, b"x" * 5000 + MARK], ids=len
+)
+def test_a_file_of_ours_and_an_empty_one_may_be_replaced(tmp_path: Path, content: bytes) -> None:
+    check_ours(tmp_path / "file", MARK)
+    (tmp_path / "file").write_bytes(content)
+    check_ours(tmp_path / "file", MARK)
+
+
+@pytest.mark.parametrize("content", [b"x", b"x" * 9000, b"x" * 9000 + MARK + b"x" * 9000])
+def test_a_file_of_others_must_not_be_replaced(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "file").write_bytes(content)
+    with pytest.raises(
+        UsageError, match=r"^cannot write .*/file: it is there, and bears no mark of Clew, so "
+    ):
+        check_ours(tmp_path / "file", MARK)
+
+
+def test_what_is_no_file_must_not_be_replaced(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "far").symlink_to("/dev/zero")
+    for name in ("pipe", "far", "."):
+        with pytest.raises(UsageError, match="cannot be read: "):
+            check_ours(tmp_path / name, MARK)
