@@ -284,7 +284,7 @@ def test_robots_that_are_stranded_again_after_an_arrival_are_waited_for_only_if_
 
 
 @pytest.mark.parametrize("upset", ["between the formations", "after them"])
-def test_robots_that_are_stranded_again_are_waited_for_if_a_robot_has_returned_meanwhile(upset: str) -> None:
+def test_robots_that_are_stranded_again_are_waited_for_if_a_link_has_broken_meanwhile(upset: str) -> None:
     stage = running(time={"time_s_max": 500.0})
     stage.tick(SECOND)
     for again in (False, True):
@@ -293,8 +293,7 @@ def test_robots_that_are_stranded_again_are_waited_for_if_a_robot_has_returned_m
         stage.form()
         stage.write(1, RobotArrived(progress_m=1.0))
         if again is (upset == "after them"):
-            die(stage, 2)
-            stage.handle(TokenCame(2, "a"))
+            stage.write(1, LinkBroken(neighbour=2, cause="silence", silent_s=3.0))
         assert ends_within(stage, STRANDED_S - 2.0) is None
     assert ends_within(stage, 3.0) is Ending.STRANDED
 
