@@ -47,7 +47,8 @@ TRIED: dict[str, tuple[list[Record], str]] = {
     ),
     "a lead of the tail after a way back": (
         [STEP, END, BACK, TURN, fence(20003, May.NOBODY), fence(20003, May.ALL)],
-        "the tail was to lead the strand out of a dead end since t=4.0 s; the strand had turned round 2 times",
+        "the tail was to lead the strand out of a dead end since t=4.0 s; "
+        "the strand had turned round 2 times",
     ),
     "another leader after one that knew no way": (
         [STEP, END, BACK, GIVES_UP, fence(30001, May.NOBODY), fence(30001, May.ALL)],
