@@ -35,7 +35,7 @@ CELLS_MIN = 2  # columns and rows of a maze
 SIDE_CELLS_MIN = 6  # least side of other built ground, in corridors: two rooms, two rings, a leg that climbs
 SIDE_M_MAX = 1000.0  # a larger field has more obstacles than a scenario may have
 
-Side = Annotated[float, Meta(gt=0.0, le=SIDE_M_MAX)]
+Side = Annotated[float, Meta(ge=0.01, le=SIDE_M_MAX)]
 
 
 BUILDERS: dict[Kind, Callable[..., Built]] = {

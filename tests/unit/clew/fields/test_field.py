@@ -307,7 +307,8 @@ def test_several_scenes_are_not_printed(words: tuple[str, ...]) -> None:
     ("words", "refusal"),
     [
         (["circles", "--density", "-1"], "$.density: must be >= 0.0, got -1.0"),
-        (["circles", "--size", "0", "4"], "$.size_m[0]: must be > 0.0 m, got 0.0"),
+        (["circles", "--size", "0", "4"], "$.size_m[0]: must be >= 0.01 m, got 0.0"),
+        (["circles", "--size", "4", "1e-300"], "$.size_m[1]: must be >= 0.01 m, got 1e-300"),
         (["circles", "--plugged"], "$.plugged: is for corridors only, got circles"),
         (["corridors", "--size", "1", "4"], "$.size_m: must hold 2 x 2 corridors of 0.6 m"),
         (["rings", "--size", "2", "4"], "$.size_m: must be >= 4.5 m, 6 times a way and a wall, for rings"),
