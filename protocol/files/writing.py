@@ -99,7 +99,12 @@ def check_ours(path: Path, mark: bytes) -> None:
     except OSError as error:
         raise UsageError(f"cannot write {path}: it is there, and cannot be read: {error.strerror}") from error
     if ends and mark not in ends:
-        raise UsageError(f"cannot write {path}: it is there, and bears no mark of Clew, so it would be lost")
+        raise would_be_lost(path)
+
+
+def would_be_lost(path: Path) -> UsageError:
+    """The refusal to replace a file that is not ours (rule 4)."""
+    return UsageError(f"cannot write {path}: it is there, and bears no mark of Clew, so it would be lost")
 
 
 def _opener(path: str, flags: int) -> int:
