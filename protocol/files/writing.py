@@ -31,9 +31,9 @@ def make_folder(folder: Path) -> None:
         make_folder(folder.parent)
     try:
         folder.mkdir(mode=FOLDER_MODE)
-    except FileExistsError:
+    except FileExistsError as error:
         if not stat.S_ISDIR(folder.lstat().st_mode):
-            raise
+            raise FileExistsError(errno.EEXIST, f"{folder} is no folder", str(folder)) from error
     else:
         folder.chmod(FOLDER_MODE)
 

@@ -50,14 +50,17 @@ def test_a_link_is_replaced_and_its_target_stays_unchanged(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("mode", ["x", "a", "r+"])
-def test_a_link_is_never_opened(tmp_path: Path, mode: str) -> None:
+def test_a_link_is_never_opened_and_neither_it_nor_a_file_taken_for_a_folder(
+    tmp_path: Path, mode: str
+) -> None:
     (tmp_path / "target").write_bytes(b"theirs")
     (tmp_path / "link").symlink_to("target")
     with pytest.raises(OSError, match="link"):
         open_private(tmp_path / "link", mode)
     (tmp_path / "folder").symlink_to(tmp_path)
-    with pytest.raises(FileExistsError):
-        make_folder(tmp_path / "folder")
+    for name, place in (("folder", "folder"), ("target", "target"), ("target/deep/run", "target")):
+        with pytest.raises(FileExistsError, match=f"{tmp_path}/{place} is no folder"):
+            make_folder(tmp_path / name)
 
 
 def test_a_path_that_is_not_a_file_is_refused_and_nothing_is_left(tmp_path: Path) -> None:
