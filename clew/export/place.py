@@ -81,7 +81,8 @@ def _beside(out: Path) -> Iterator[Path]:
     # Named before it is made: an interrupt right after that would leave a folder whose name nobody knows.
     draft = out.parent / f".{out.name}.{uuid4().hex}{PART}"
     try:
-        out.parent.mkdir(parents=True, exist_ok=True)
+        if not out.parent.is_dir():
+            make_folder(out.parent)
         for left in out.parent.glob(f".{glob.escape(out.name)}.*{PART}"):
             _clear(left, {NEW, OLD, out.name})
         make_folder(draft)
