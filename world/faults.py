@@ -144,18 +144,22 @@ class RunFaults:
             for each in (self._planned, *self._manual):
                 each.expect(rules)
             self._news += 1
+        self.take()
         return name
 
+    def take(self) -> None:
+        """The name that a rule was given now is used: the next one gets another."""
+        self._given += 1
+
     def resolve(self, rule: Rule, *, now_s: float, for_s: float | None) -> tuple[str, tuple[Rule, ...]]:
-        """The name of a rule that is given now, and what it says in a plan: roles become robots.
+        """The name that a rule would have now, and what it says in a plan: roles become robots.
 
         Raises:
             UsageError: as `add`.
         """
         for misfit in misfits(rule, robots=self._robots):
             raise UsageError(f"fault {rule.fault}: ${misfit}")
-        self._given += 1
-        name = f"given-{self._given}"
+        name = f"given-{self._given + 1}"
         if isinstance(rule, MessageRule):
             until_s = None if for_s is None else now_s + for_s
             return name, (replace(rule, name=name, from_s=now_s, until_s=until_s),)

@@ -217,8 +217,11 @@ class _Host:
                     self._down.add(place)
                 number = signal.SIGKILL
             case ProcessAction.FREEZE:
+                self._starting.hold(place)
                 number = signal.SIGSTOP
             case ProcessAction.THAW:
+                self._starting.let_go(place)
+                self._fork()
                 number = signal.SIGCONT
             case ProcessAction.START:
                 self._start(place, pids)
@@ -261,7 +264,8 @@ class _Host:
         self._note_end()
 
     def _note_end(self) -> None:
-        may_come_back = any(told not in self._over for told, _ in self._down)
+        away = (*self._down, *self._starting.held)
+        may_come_back = any(told not in self._over for told, _ in away)
         if not self._robots and (self._ends or not may_come_back):
             self._all_ended.set()
 

@@ -169,6 +169,11 @@ class Journal:
         file.close()
 
 
+def journal_file(folder: Path, robot: int, incarnation: str) -> Path:
+    """The journal of a process in the folder of the journals."""
+    return folder / f"{robot_name(robot)}-{incarnation}{SUFFIX}"
+
+
 def open_journal(
     folder: Path | None, head: Head, *, size_bytes_max: int = INPUTS_BYTES_MAX, keeps_bytes: int = 0
 ) -> Journal:
@@ -179,7 +184,7 @@ def open_journal(
         if not folder.parent.is_dir():
             return Journal()
         make_folder(folder)
-        file = open_private(folder / f"{robot_name(head.robot)}-{head.incarnation}{SUFFIX}", "x")
+        file = open_private(journal_file(folder, head.robot, head.incarnation), "x")
     except OSError:
         return Journal()
     journal = Journal(file, size_bytes_max=size_bytes_max, keeps_bytes=keeps_bytes)

@@ -6,7 +6,7 @@ Rule 2: a robot is on its way until it says that it is connected, or its process
 """
 
 from collections import OrderedDict
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Generic, TypeVar
 
 # Without a limit, at load 100, up to 43 of 1,000 were on their way at a time, and a handshake took up to 2.8
@@ -21,6 +21,7 @@ class Starting(Generic[Place]):
 
     def __init__(self) -> None:
         self._waiting: OrderedDict[Place, None] = OrderedDict()
+        self._held: set[Place] = set()
         self._connecting: set[int] = set()
 
     def wait(self, place: Place) -> None:
@@ -31,13 +32,30 @@ class Starting(Generic[Place]):
         """A robot is not to be started any more; returns whether it was waiting."""
         was_waiting = place in self._waiting
         self._waiting.pop(place, None)
+        self._held.discard(place)
         return was_waiting
 
+    def hold(self, place: Place) -> None:
+        """A robot that waits is not started until it is let go."""
+        if place in self._waiting:
+            self._held.add(place)
+
+    def let_go(self, place: Place) -> None:
+        """A robot may be started again."""
+        self._held.discard(place)
+
+    @property
+    def held(self) -> Collection[Place]:
+        """The robots that are not started until they are let go."""
+        return self._held
+
     def next(self) -> Place | None:
-        """The robot to start now; None: nobody waits, or enough are on their way."""
-        if not self._waiting or len(self._connecting) >= CONNECTING_MAX:
+        """The robot to start now; None: nobody waits who may be started, or enough are on their way."""
+        if len(self._connecting) >= CONNECTING_MAX:
             return None
-        place, _ = self._waiting.popitem(last=False)
+        place = next((each for each in self._waiting if each not in self._held), None)
+        if place is not None:
+            del self._waiting[place]
         return place
 
     def began(self, pid: int) -> None:
@@ -51,3 +69,4 @@ class Starting(Generic[Place]):
     def end(self) -> None:
         """Nobody is started any more."""
         self._waiting.clear()
+        self._held.clear()

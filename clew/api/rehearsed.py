@@ -209,6 +209,7 @@ class RehearsedFleet(Fleet):
         plan = replace(rehearsal.plan, rules=(*rehearsal.plan.rules, *rules))
         check_rehearsable(plan, self.asked.scenario.mission(), "faults")
         rehearsal.turn_to(plan)
+        self._faults.take()
         return name, rules
 
     def _end(self, name: str) -> None:

@@ -11,7 +11,7 @@ Rule 4: a folder has one campaign at a time, until its summary is written. A sec
 
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from dataclasses import replace as replace_fields
 from hashlib import blake2b
@@ -42,13 +42,13 @@ from clew.swarm.swarm import draw
 from protocol.errors import UsageError
 from protocol.faults import plan as plans
 from protocol.files.opening import MADE_BYTES_MAX, open_regular, read_bytes
-from protocol.files.writing import make_folder, open_private, write_whole
+from protocol.files.writing import check_ours, make_folder, open_private, would_be_lost, write_whole
 from protocol.law_files import copies, is_of_file, named
 from protocol.root import ROOT
 from world.record.recorder import EVENTS_FILE, held_alone
 
 EPISODES_FILE, CAMPAIGN_FILE, SCENES_FOLDER = "episodes.jsonl", "campaign.json", "scenes"
-DRAWN_FOLDER = "drawn"
+DRAWN_FOLDER, DRAWN_MARK = "drawn", b'name = "swarm-'
 SEEN_BY = 2000  # swarm episodes after which every coverage counter must have counted
 PACKAGES = ("agents", "clew", "protocol", "world")
 _OURS = ("campaign", "coverage", "fields", "guided", "judge", "percentiles.py", "rehearsal", "swarm")
@@ -136,11 +136,12 @@ def run(
     law = request.law and named(request.law, Path())
     request = replace_fields(request, law=law)
     try:
-        _check_folder(request.out)
+        kept = copies(law or "")
+        _check_folder(request.out, kept)
         episodes = _with_judges(_episodes(request, source_hash, warn), request.judge_every)
         if not request.out.is_dir():
             make_folder(request.out)  # a refused campaign leaves no folder
-        for name, text in copies(law or "").items():
+        for name, text in kept.items():
             write_whole(request.out / name, text)
         with _held(request.out / EPISODES_FILE) as file:
             judged = {episode.key: episode.judged for episode in episodes}
@@ -169,11 +170,11 @@ def run(
     return campaign
 
 
-def _check_folder(out: Path) -> None:
+def _check_folder(out: Path, kept: Mapping[str, bytes]) -> None:
     """Refuse a folder in which we would replace what is not ours.
 
     Raises:
-        UsageError: it is a run's folder, or another program's `campaign.json` is there.
+        UsageError: it is a run's folder, or a file is there that is not ours and that we may replace.
         OSError: that file cannot be read.
     """
     if (out / EVENTS_FILE).exists():
@@ -183,6 +184,11 @@ def _check_folder(out: Path) -> None:
         with open_regular(path) as file:
             if HEAD.match(file.read(HEAD_BYTES)) is None:
                 raise UsageError(f"{path}: no campaign of Clew wrote this file, and one would replace it")
+    for name, text in kept.items() if not (out / EPISODES_FILE).exists() else ():
+        if (out / name).exists() and (out / name).read_bytes() not in {b"", text}:
+            raise would_be_lost(out / name)
+    for drawn in (out / DRAWN_FOLDER).glob("[0-9]*.toml"):
+        check_ours(drawn, DRAWN_MARK)
 
 
 def read_outcomes(path: Path) -> dict[str, Outcome]:
@@ -221,12 +227,15 @@ def _episodes(request: Request, source_hash: str, warn: Callable[[str], None]) -
                 yield episode
         return
     all_found, plan = find_scenes(request.roots, request.robots, warn), _plan_bytes(request.faults)
+    is_ours = (request.out / EPISODES_FILE).exists()
     if request.tight is not None:
         check_widest(all_found)
     for found in all_found:
         scene = found
         if request.tight is not None:
-            scene = tighten(found, request.tight, request.out / SCENES_FOLDER, request.deployment)
+            scene = tighten(
+                found, request.tight, request.out / SCENES_FOLDER, request.deployment, is_ours=is_ours
+            )
         for seed in request.seeds:
             yield Episode(
                 key=_key(scene, seed, request, plan, source_hash),

@@ -18,7 +18,7 @@ from protocol.faults.plan_text import FAULTS_FILE
 from protocol.files.names import did_you_mean
 from protocol.files.opening import WRITTEN_BYTES_MAX, read_bytes
 from protocol.files.reading import decode
-from protocol.files.writing import make_folder, write_whole
+from protocol.files.writing import make_folder, would_be_lost, write_whole
 from protocol.law_files import named
 from protocol.run_settings import SETTINGS_FILE
 from world.scenario.reading import find, law_in
@@ -78,20 +78,30 @@ def check_widest(scenes: Iterable[Scene]) -> None:
             raise UsageError(f"--tight: {scene.path}: has no stats.widest_path_radius")
 
 
-def tighten(scene: Scene, share: float, folder: Path, deployment: str | None) -> Scene:
+def tighten(scene: Scene, share: float, folder: Path, deployment: str | None, *, is_ours: bool) -> Scene:
     """Write the scene with a robot whose `r + epsilon` is this share of the widest path.
 
     If the queue of robots at the start does not fit any more, the scene gets fewer robots.
+
+    Raises:
+        UsageError: the scene itself is in the place of the new file, or another file in a folder not ours.
     """
     assert scene.widest_path_radius_m is not None, "`check_widest` has checked it"
     raw = _read(scene.path)
     path = folder / scene.family / scene.path.name
+    if path.exists() and (path.samefile(scene.path) or not (is_ours or _is_same(path, raw))):
+        raise would_be_lost(path)
     make_folder(path.parent)
     radius_m = tight_radius_m(share * scene.widest_path_radius_m)
     write_whole(path, msgspec.json.encode({**raw, "robot_radius": radius_m}))
     asked = scene.robots or ROBOTS
     robots = next((robots for robots in range(asked, 0, -1) if _is_accepted(path, robots, deployment)), asked)
     return replace(scene, path=path, robots=robots, robots_left_out=asked - robots)
+
+
+def _is_same(path: Path, raw: dict[str, Any]) -> bool:
+    """Whether a file is empty, or has this scene, perhaps with another robot."""
+    return path.stat().st_size == 0 or _read(path) | {"robot_radius": 0.0} == raw | {"robot_radius": 0.0}
 
 
 def tight_radius_m(closest_m: float) -> float:

@@ -12,8 +12,10 @@ from typing import TypeVar
 from msgspec.structs import replace
 
 from clew.campaign.failures import Case
+from protocol.faults.fit import misfits
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Burst, MessageRule, Partition, Rule
+from protocol.frames import ROBOTS_MAX
 from protocol.keys import robot_name
 
 T = TypeVar("T")
@@ -80,19 +82,22 @@ def _with_fewer_robots(case: Case, fails: Callable[[Case], bool]) -> Case:
 
 
 def _without(plan: Plan, robot: str) -> Plan:
-    """The plan for a fleet without this robot. A message rule that named no other robot is removed."""
-    rules: list[Rule] = []
-    for rule in plan.rules:
-        names = (
-            ("sender", "receiver", "group", "others")
-            if isinstance(rule, Partition)
-            else ("sender", "receiver")
-        )
-        lists = {name: getattr(rule, name) for name in names} if isinstance(rule, MessageRule) else {}
-        left = {name: tuple(each for each in lists[name] if each != robot) for name in lists}
-        if all(left[name] or not lists[name] for name in lists):
-            rules.append(replace(rule, **left))
-    return replace(plan, rules=tuple(rules))
+    """The plan for a fleet without this robot."""
+    left = (_left_of(rule, robot) for rule in plan.rules)
+    return replace(plan, rules=tuple(rule for rule in left if rule is not None))
+
+
+def _left_of(rule: Rule, robot: str) -> Rule | None:
+    """A rule without this robot; None: a rule for messages that named no other, or now matches none."""
+    if not isinstance(rule, MessageRule):
+        return rule
+    names = ["sender", "receiver", *(["group", "others"] if isinstance(rule, Partition) else [])]
+    lists = {name: getattr(rule, name) for name in names}
+    left = {name: tuple(each for each in lists[name] if each != robot) for name in names}
+    if any(lists[name] and not left[name] for name in names):
+        return None
+    smaller = replace(rule, **left)
+    return None if any(misfits(smaller, robots=ROBOTS_MAX)) else smaller
 
 
 def _smaller(rule: Rule, time_s_max: float) -> Iterator[Rule]:

@@ -1,6 +1,6 @@
 """The output of an export: written under a temporary name first, so that nobody finds half an export.
 
-Rule 1: only an earlier export is replaced: a file that begins as ours does, or a folder that holds only files
+Rule 1: only an earlier export is replaced: a file with the mark of ours, or a folder that holds only files
         with names that this export uses.
 Rule 2: the hidden folder is locked while the export runs. A folder without a lock was left by an export that
         was killed; the next export to the same place removes it.
@@ -17,11 +17,10 @@ from pathlib import Path
 from uuid import uuid4
 
 from protocol.errors import UsageError
-from protocol.files.writing import FILE_MODE, make_folder
+from protocol.files.writing import FILE_MODE, check_ours, make_folder
 
 PART = ".part"
 NEW, OLD = "new", "old"
-HEAD_BYTES = 256  # a mark of ours ends at byte 86
 
 
 @contextmanager
@@ -37,8 +36,7 @@ def whole_file(out: Path, mark: bytes) -> Iterator[Path]:
     """
     if out.is_dir():
         raise UsageError(f"{out}: it is a folder, and this export is one file")
-    if _begins_otherwise(out, mark):
-        raise UsageError(f"{out}: it is no earlier export, and would be lost")
+    check_ours(out, mark)
     with _beside(out) as draft:
         yield draft / out.name
         (draft / out.name).chmod(FILE_MODE)
@@ -70,22 +68,6 @@ def whole_folder(out: Path, names: Collection[str]) -> Iterator[Path]:
         filled.rename(out)
 
 
-def _begins_otherwise(out: Path, mark: bytes) -> bool:
-    """Whether there is a file, not an empty one, that does not begin with a mark of ours.
-
-    Raises:
-        UsageError: it cannot be read.
-    """
-    try:
-        with out.open("rb") as file:
-            head = file.read(HEAD_BYTES)
-    except (FileNotFoundError, NotADirectoryError):
-        return False
-    except OSError as error:
-        raise UsageError(f"{out}: cannot be read: {error.strerror}") from error
-    return bool(head) and mark not in head
-
-
 def _foreign(out: Path, names: Collection[str]) -> str | None:
     """The name of something at `out` that no export has written; None if there is nothing like that."""
     if not out.is_dir():
@@ -99,7 +81,8 @@ def _beside(out: Path) -> Iterator[Path]:
     # Named before it is made: an interrupt right after that would leave a folder whose name nobody knows.
     draft = out.parent / f".{out.name}.{uuid4().hex}{PART}"
     try:
-        out.parent.mkdir(parents=True, exist_ok=True)
+        if not out.parent.is_dir():
+            make_folder(out.parent)
         for left in out.parent.glob(f".{glob.escape(out.name)}.*{PART}"):
             _clear(left, {NEW, OLD, out.name})
         make_folder(draft)

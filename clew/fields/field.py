@@ -35,7 +35,7 @@ CELLS_MIN = 2  # columns and rows of a maze
 SIDE_CELLS_MIN = 6  # least side of other built ground, in corridors: two rooms, two rings, a leg that climbs
 SIDE_M_MAX = 1000.0  # a larger field has more obstacles than a scenario may have
 
-Side = Annotated[float, Meta(gt=0.0, le=SIDE_M_MAX)]
+Side = Annotated[float, Meta(ge=0.01, le=SIDE_M_MAX)]
 
 
 BUILDERS: dict[Kind, Callable[..., Built]] = {
@@ -111,6 +111,11 @@ class Field(Struct, frozen=True, kw_only=True):
 def scene(field: Field) -> dict[str, Any]:
     """The field as a `clew-scene/1` [m; world frame]; the fleet starts on its left."""
     return _built(field) if field.kind in BUILT else _scattered(field)
+
+
+def mark(kind: str, seed: int) -> bytes:
+    """What stands near the beginning of the file of such a field."""
+    return f'"name": "{kind}-{seed}", "family": "{kind}", "units": "m"'.encode()
 
 
 def _built(field: Field) -> dict[str, Any]:

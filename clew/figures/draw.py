@@ -1,17 +1,18 @@
 """Draws the figures of a run or a campaign, and writes the files."""
 
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 
 from clew.figures import campaign as of_campaign
 from clew.figures import run as of_run
 from clew.figures.bare import stand_in
 from clew.figures.outcomes import Read
-from clew.figures.style import Chart, LeftOut, render
+from clew.figures.style import MARK, Chart, LeftOut, render
 from clew.log.timeline import Timeline
 from clew.story.course import course_of
 from protocol.errors import UsageError
-from protocol.files.writing import make_folder, write_whole
+from protocol.files.writing import check_ours, make_folder, write_whole
 
 Charts = Sequence[Chart | LeftOut]
 
@@ -39,18 +40,20 @@ def write(charts: Charts, out: Path, formats: tuple[str, ...]) -> list[Path]:
     """Write every figure that can be drawn in each of these formats.
 
     Raises:
-        UsageError: a file cannot be written.
+        UsageError: a file cannot be written, or would replace one that is not ours.
     """
+    drawn_charts = [chart for chart in charts if isinstance(chart, Chart)]
+    for chart, form in product(drawn_charts, formats):
+        check_ours(out / f"{chart.name}.{form}", MARK.encode())
     written = []
     try:
         if not out.is_dir():
             make_folder(out)
-        for chart in charts:
-            if isinstance(chart, Chart):
-                for form, drawn in render(chart, formats).items():
-                    path = out / f"{chart.name}.{form}"
-                    write_whole(path, drawn)
-                    written.append(path)
+        for chart in drawn_charts:
+            for form, drawn in render(chart, formats).items():
+                path = out / f"{chart.name}.{form}"
+                write_whole(path, drawn)
+                written.append(path)
     except OSError as error:
         raise UsageError(f"cannot write figures into {out}: {error.strerror or error}") from error
     return written

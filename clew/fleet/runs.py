@@ -39,6 +39,8 @@ class Listed(Struct, frozen=True, kw_only=True):
     """Its folder."""
     verdict: Ended | None
     """None: there is none, or it cannot be read."""
+    is_unreadable: bool
+    """Whether there is a verdict that cannot be read."""
     goes_on: bool
     size_bytes: int
     age_s: float
@@ -47,6 +49,8 @@ class Listed(Struct, frozen=True, kw_only=True):
     @property
     def said(self) -> str:
         """How it ended, in words."""
+        if self.is_unreadable:
+            return f"{VERDICT} cannot be read"
         if self.verdict is None:
             return "going on" if self.goes_on else "no verdict"
         return f"{'OK' if self.verdict.ok else 'FAILED'}: {self.verdict.reason}"
@@ -80,13 +84,15 @@ def runs_in(folder: Path, now_s: float) -> list[Listed]:
 
 def listed(run: Path, now_s: float) -> Listed:
     """A run as it is in a list."""
+    has_verdict = (run / VERDICT).exists()  # asked first: it may be written just now
     verdict = verdict_in(run, Ended)
     facts = [path.lstat() for path in (run, *run.rglob("*"))]
     age_s = now_s - max(each.st_mtime for each in facts)
     return Listed(
         run=str(run),
         verdict=verdict,
-        goes_on=is_running(run) or (verdict is None and age_s < QUIET_S),
+        is_unreadable=has_verdict and verdict is None,
+        goes_on=is_running(run) or (verdict is None and not has_verdict and age_s < QUIET_S),
         size_bytes=sum(each.st_size for each in facts),
         age_s=max(age_s, 0.0),
     )

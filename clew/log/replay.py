@@ -15,11 +15,11 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from agents.process.journal import SUFFIX, Decision, Head, Input, decision, failure
+from agents.process.journal import Decision, Head, Input, decision, failure
 from agents.robot import Robot
 from clew.log.journals.recording import Recording
 from clew.log.log import Log, check_one_fleet
-from clew.log.replay_missing import Missing, missing, told
+from clew.log.replay_missing import Missing, journals_in, missing, told
 from clew.log.timeline import Choice, unknown_in
 from protocol.errors import UsageError, no_run_in
 from protocol.faults.manual_faults import is_running
@@ -80,7 +80,7 @@ def replay(run: Path, robot: int | None = None) -> Replay:
         UsageError: there is nothing to replay, or a file is no journal.
     """
     name = "r*" if robot is None else robot_name(robot)
-    found = list((run / INPUTS).glob(f"{name}-*{SUFFIX}"))
+    found = journals_in(run, name)
     robots: list[Replayed] = []
     going_on = is_running(run)
     recordings = sorted(map(Recording, found), key=lambda each: (each.head.robot, each.path.name))

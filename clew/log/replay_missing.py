@@ -3,6 +3,7 @@
 Rule 1: every robot in the header has a process, and each process in the log has a journal.
 Rule 2: a journal begins with the mission, so a process that was killed before its mission has none. Until
         then, the log shows only its start and the effects on messages to it.
+Rule 3: an empty journal is none.
 """
 
 from collections.abc import Sequence
@@ -10,12 +11,13 @@ from pathlib import Path
 
 from msgspec import Struct
 
-from agents.process.journal import Head
+from agents.process.journal import SUFFIX, Head, journal_file
 from clew.log.log import Log
 from clew.log.summary import field_of
 from protocol.errors import UsageError
 from protocol.frames import ROBOTS_MAX
 from protocol.keys import robot_number
+from protocol.network.session import INPUTS
 from protocol.timeline import FaultInjected, MessageRefused, RobotStarted
 
 NEVER_STARTED = "by the log, none of its processes ever started"
@@ -24,6 +26,10 @@ NO_MISSION = "by the log it only started, and a journal begins with the mission"
 NONE_LEFT = (
     "has no journal, though by the log it took part: it was deleted, could not be written, or is on another"
     " computer"
+)
+ONLY_EMPTY = (
+    "has only an empty journal, though by the log it took part: it could not be written, or was lost with the"
+    " disk"
 )
 
 
@@ -35,6 +41,13 @@ class Missing(Struct, frozen=True, kw_only=True):
     """Empty: the log does not say."""
     excuse: str | None
     """Why it may have none; None: it must have one."""
+    is_empty: bool
+    """Whether its journal is there, but nothing is in it."""
+
+
+def journals_in(run: Path, name: str) -> list[Path]:
+    """The journals in the folder of a run that are not empty (rule 3), of robots of that name or pattern."""
+    return sorted(path for path in (run / INPUTS).glob(f"{name}-*{SUFFIX}") if path.lstat().st_size > 0)
 
 
 def missing(run: Path, journals: Sequence[Head], robot: int | None) -> tuple[Missing, ...] | None:
@@ -46,7 +59,12 @@ def missing(run: Path, journals: Sequence[Head], robot: int | None) -> tuple[Mis
     kept = {(head.robot, head.incarnation) for head in journals}
     kept |= {(head.robot, "") for head in journals}
     return tuple(
-        Missing(robot=number, incarnation=incarnation, excuse=excuse)
+        Missing(
+            robot=number,
+            incarnation=incarnation,
+            excuse=excuse,
+            is_empty=journal_file(run / INPUTS, number, incarnation).exists(),
+        )
         for (number, incarnation), excuse in sorted(excuses.items())
         if (number, incarnation) not in kept and robot in {None, number}
     )
@@ -55,9 +73,10 @@ def missing(run: Path, journals: Sequence[Head], robot: int | None) -> tuple[Mis
 def told(each: Missing) -> str:
     """For people: which process has no journal, and whether it may have none."""
     who = f"robot {each.robot}" + (f" ({each.incarnation})" if each.incarnation else "")
-    if each.excuse is not None:
-        return f"{who}: has no journal, and may have none: {each.excuse}"
-    return f"{who}: {NONE_LEFT}"
+    if each.excuse is None:
+        return f"{who}: {ONLY_EMPTY if each.is_empty else NONE_LEFT}"
+    may = "has only an empty journal, and may have" if each.is_empty else "has no journal, and may have none"
+    return f"{who}: {may}: {each.excuse}"
 
 
 def _excuses(log: Log) -> dict[tuple[int, str], str | None]:

@@ -13,10 +13,7 @@ import base64
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from importlib.resources import files
-from pathlib import Path
 from string import Template
-
-from protocol.errors import UsageError
 
 SCRIPTS = (
     "map/outline.js",
@@ -62,9 +59,8 @@ SCRIPTS = (
 )
 STYLES = ("styles/theme.css", "styles/page.css", "styles/words.css")
 
-HEAD_BYTES = 1024
-"""The first part of a file, in which every page of ours has `MARK`."""
 MARK = b"<title>Clew</title>"
+"""Near the beginning of every page of ours."""
 
 GZIP = 16 + zlib.MAX_WBITS  # zlib's request for a gzip header
 EFFORT = 3  # of 9: level 6 saves a sixth of the size and takes three times as long
@@ -89,19 +85,6 @@ def document(
         more="".join(f"<script>\n{script}\n</script>\n" for script in scripts),
         story=blob(runs),
     )
-
-
-def is_document(path: Path) -> bool:
-    """Whether a file is a page of ours.
-
-    Raises:
-        UsageError: it cannot be read.
-    """
-    try:
-        with path.open("rb") as file:
-            return MARK in file.read(HEAD_BYTES)
-    except OSError as error:
-        raise UsageError(f"cannot read {path}: {error.strerror}") from error
 
 
 def blob(runs: Sequence[Iterable[bytes]]) -> str:

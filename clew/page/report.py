@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from clew.log.uncollected import uncollected
-from clew.page.document import document, is_document
+from clew.page.document import MARK, document
 from clew.page.telling import Telling
 from protocol.errors import UsageError
-from protocol.files.writing import make_folder, write_whole
+from protocol.files.writing import check_ours, make_folder, write_whole
 
 REPORT_FILE = "report.html"
 
@@ -20,8 +20,9 @@ def write_report(run: Path, out: Path | None = None) -> tuple[Path, tuple[str, .
     if not run.exists():
         raise UsageError(f"no run in {run}: there is no such file or folder")
     path = out or (run if run.is_dir() else run.parent) / REPORT_FILE
-    if path.is_symlink() or (path.is_file() and not is_document(path)):
-        raise UsageError(f"cannot write {path}: it is there, and no report that could be replaced")
+    if path.is_symlink():
+        raise UsageError(f"cannot write {path}: it is there, and is a link")
+    check_ours(path, MARK)
     telling = Telling(run)
     if not telling.is_there:
         raise UsageError(telling.flaws[0])  # no run: nothing is written into a folder that is none

@@ -25,6 +25,7 @@ def page(results: tuple[Path, ...], out: Path | None) -> None:
     from clew.bench.page import page as page_of
     from clew.bench.result import Result
     from protocol.files.reading import read, understand
+    from protocol.files.writing import check_ours
 
     asked = results or sorted(RESULTS.glob("*.json"))
     if not asked:
@@ -32,8 +33,7 @@ def page(results: tuple[Path, ...], out: Path | None) -> None:
     written = out or PAGE
     known = [understand(read(path, str(path)), Result, str(path)) for path in asked]
     try:
-        if written.exists() and MARK not in written.read_text(encoding="utf-8", errors="replace"):
-            raise UsageError(f"cannot write {written}: it is there, and no such page that could be replaced")
+        check_ours(written, MARK.encode())
         written.write_text(page_of(known), encoding="utf-8")
     except OSError as error:
         raise UsageError(f"cannot write {written}: {error.strerror}") from error

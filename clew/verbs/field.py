@@ -10,7 +10,7 @@ from clew.fields.kinds import DENSITY, SIZE_M, WIDTH_RADII, Kind
 from clew.verbs.options import FINITE, PATH, Word, robot_radius_option, seeds_option
 from protocol.errors import UsageError
 from protocol.files.reading import understand
-from protocol.files.writing import make_folder, write_whole
+from protocol.files.writing import check_ours, make_folder, write_whole
 
 
 @click.command()
@@ -60,7 +60,7 @@ def field(kinds: tuple[str, ...], *, seeds: tuple[int, ...], out: Path | None, *
 
     The same options print the same scene on any machine.
     """
-    from clew.fields.field import Field, scene
+    from clew.fields.field import Field, mark, scene
 
     drawn = (
         (kind, seed, scene(understand({**asked, "kind": kind, "seed": seed}, Field, "clew field")))
@@ -71,10 +71,16 @@ def field(kinds: tuple[str, ...], *, seeds: tuple[int, ...], out: Path | None, *
             raise UsageError("clew field: one kind and one seed are printed; for several, give --out")
         click.echo(json.dumps(next(drawn)[2]))
         return
+    for kind, seed in product(kinds, seeds):
+        check_ours(_place(out, kind, seed), mark(kind, seed))
     try:
         for kind, seed, world in drawn:
             make_folder(out / kind)
-            write_whole(out / kind / f"{kind}-{seed}.json", json.dumps(world).encode() + b"\n")
+            write_whole(_place(out, kind, seed), json.dumps(world).encode() + b"\n")
     except OSError as error:
         raise UsageError(f"cannot write into {out}: {error.strerror or error}") from error
     click.echo(str(out))
+
+
+def _place(out: Path, kind: str, seed: int) -> Path:
+    return out / kind / f"{kind}-{seed}.json"

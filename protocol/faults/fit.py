@@ -59,7 +59,15 @@ def misfits(rule: Rule, *, robots: int) -> Iterator[str]:
             yield f"{path}: {not_of_fleet(name, robots)}"
     if isinstance(rule, ProcessRule) and rule.robots > robots:
         yield f".robots: must be <= {robots}, the fleet's, got {rule.robots}"
-    if isinstance(rule, MessageRule) and rule.kinds and not any(_may_go(rule, kind) for kind in rule.kinds):
+    if isinstance(rule, MessageRule):
+        yield from _never_sent(rule)
+
+
+def _never_sent(rule: MessageRule) -> Iterator[str]:
+    """The fields of a rule by which no message can match it."""
+    if rule.sender and rule.receiver and len({*rule.sender, *rule.receiver}) == 1:
+        yield f".to: must name another process than `from`, got {rule.receiver[0]}, and none sends to itself"
+    if rule.kinds and not any(_may_go(rule, kind) for kind in rule.kinds):
         said = (f"{kind}, which goes from {WAYS[kind][0]} to {WAYS[kind][1]}" for kind in rule.kinds)
         yield f".kind: must be a message from one of `from` to one of `to`, got {'; '.join(said)}"
 

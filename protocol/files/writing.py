@@ -4,6 +4,7 @@ Rule 1: files have mode 0600, and folders that we create 0700, for any umask.
 Rule 2: nothing is written through a link: a link in the place of a file is replaced, and its target stays
         unchanged. Anything but a file or a link is refused.
 Rule 3: writing a whole file is atomic: the file is complete, or as before.
+Rule 4: in a place that a user names, only files of ours are replaced, and empty ones, as mktemp makes them.
 """
 
 import errno
@@ -13,7 +14,11 @@ import stat
 from io import FileIO
 from pathlib import Path
 
+from protocol.errors import UsageError
+from protocol.files.opening import open_regular
+
 FILE_MODE, FOLDER_MODE = 0o600, 0o700
+MARK_BYTES = 4096  # at each end of a file: of ours, a page has its mark at byte 90, a PDF 900 from the end
 
 
 def make_folder(folder: Path) -> None:
@@ -26,9 +31,9 @@ def make_folder(folder: Path) -> None:
         make_folder(folder.parent)
     try:
         folder.mkdir(mode=FOLDER_MODE)
-    except FileExistsError:
+    except FileExistsError as error:
         if not stat.S_ISDIR(folder.lstat().st_mode):
-            raise
+            raise FileExistsError(errno.EEXIST, f"{folder} is no folder", str(folder)) from error
     else:
         folder.chmod(FOLDER_MODE)
 
@@ -72,6 +77,34 @@ def write_whole(path: Path, content: bytes) -> None:
     except OSError:
         part.unlink(missing_ok=True)
         raise
+
+
+def check_ours(path: Path, mark: bytes) -> None:
+    """Refuse to replace a file that is not ours (rule 4).
+
+    Args:
+        path: its place; nothing has to be there.
+        mark: what stands near the beginning or the end of each such file of ours.
+
+    Raises:
+        UsageError: it is not ours, or cannot be read.
+    """
+    try:
+        with open_regular(path) as file:
+            ends = file.read(MARK_BYTES)
+            file.seek(max(len(ends), file.seek(0, os.SEEK_END) - MARK_BYTES))
+            ends += file.read(MARK_BYTES)
+    except (FileNotFoundError, NotADirectoryError):
+        return
+    except OSError as error:
+        raise UsageError(f"cannot write {path}: it is there, and cannot be read: {error.strerror}") from error
+    if ends and mark not in ends:
+        raise would_be_lost(path)
+
+
+def would_be_lost(path: Path) -> UsageError:
+    """The refusal to replace a file that is not ours (rule 4)."""
+    return UsageError(f"cannot write {path}: it is there, and bears no mark of Clew, so it would be lost")
 
 
 def _opener(path: str, flags: int) -> int:

@@ -249,6 +249,28 @@ async def test_a_robot_that_is_killed_while_it_waits_to_be_started_waits_for_a_s
             assert ended(process) == (0, "")
 
 
+async def test_a_robot_that_is_frozen_while_it_waits_to_be_started_starts_when_it_is_thawed() -> None:
+    with session_folder() as folder, router(folder), world_transport(folder) as transport:
+        world = PlayedWorld(transport, folder)
+        options = ("--robots", "1-3", "--sessions", str(folder), "--lifeline")
+        with python("-c", ONE_AT_A_TIME, *options) as process:
+            wait_until(lambda: (folder / "h1.sock").exists() or None)
+            world.strike("r2", ProcessAction.FREEZE)
+            (folder / "go").touch()
+            await world.until_recorded(RobotStarted, ["r1", "r3"])
+            assert world.pids("r2") == []
+            world.strike("r2", ProcessAction.START)  # it is frozen, not dead
+            for name in ("r1", "r3"):
+                os.kill(world.pid(name), signal.SIGKILL)
+                until_reaped(world, name)
+            assert world.pids("r2") == []
+            world.strike("r2", ProcessAction.THAW)
+            await world.until_recorded(RobotStarted, ["r2"])
+            world.tell(0.0, Phase.CLOSING, "r2")
+            await world.until_recorded(TrafficCounted, ["r2"])
+            assert ended(process) == (0, "robot 1 was ended by SIGKILL\nrobot 3 was ended by SIGKILL\n")
+
+
 async def test_a_frozen_robot_shows_no_token_until_it_is_thawed() -> None:
     async with host("1-3") as (world, process):
         world.strike("r2", ProcessAction.FREEZE)

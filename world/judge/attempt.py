@@ -16,6 +16,9 @@ from protocol.timeline import (
 )
 from protocol.timeline.sentences import CAUSES
 
+BACKS = "the strand was backing out of a dead end since {}"
+LEADS = "the tail was to lead the strand out of a dead end since {}"
+
 
 @dataclass(slots=True)
 class Attempt:
@@ -45,9 +48,9 @@ class Attempt:
                 self._view_s, self._causes = None, {}
             case FenceChanged(epoch=epoch):
                 self._view_s, self._epoch = entry.t_s if self._view_s is None else self._view_s, epoch
-            case StrandReversed():
+            case StrandReversed(back_by_m=back_by_m):
                 self.turns += 1
-                self._instead = f"the strand was backing out of a dead end since t={entry.t_s:.1f} s"
+                self._instead = (BACKS if back_by_m > 0.0 else LEADS).format(f"t={entry.t_s:.1f} s")
             case StrandFormed():
                 self.goal_reached = False
             case GoalReached():

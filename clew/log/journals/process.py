@@ -18,9 +18,8 @@ import msgspec
 from agents.commands import Command, Order, Put, Say, Tell
 from agents.events import Event, LinkHeard, OdometryHeard, ScanHeard, ViewHeard
 from agents.process import addresses
-from agents.process.journal import SUFFIX
 from clew.log.journals.recording import Recording, Turn
-from clew.log.replay_missing import missing, told
+from clew.log.replay_missing import journals_in, missing, told
 from protocol.errors import UsageError
 from protocol.faults.message_faults import sender_of
 from protocol.keys import robot_name
@@ -111,7 +110,7 @@ def processes_of(run: Path) -> list[Process]:
     Raises:
         UsageError: a file in the place of a journal is none.
     """
-    found = (Process(path) for path in (run / INPUTS).glob(f"*{SUFFIX}"))
+    found = (Process(path) for path in journals_in(run, "*"))
     # A process that was started again has heard of tokens at 0 s, before its first odometry.
     return sorted(found, key=lambda each: (each.robot, each.turns[-1].input.now_s if each.turns else 0.0))
 

@@ -12,16 +12,15 @@ from pathlib import Path
 
 from msgspec.structs import asdict
 
-from agents.process.journal import SUFFIX, Decision, Head, Input
+from agents.process.journal import Decision, Head, Input
 from agents.robot import Robot
 from clew.log.journals.condition import Condition
 from clew.log.journals.recording import Recording
 from clew.log.journals.state import NAMES, CoreState, state_of
 from clew.log.replay import decide, new_core, nothing_to_replay
-from clew.log.replay_missing import missing, told
+from clew.log.replay_missing import journals_in, missing, told
 from protocol.errors import UsageError
 from protocol.keys import robot_name
-from protocol.network.session import INPUTS
 from protocol.wire.codec import packed
 
 
@@ -105,7 +104,7 @@ def gaps(run: Path, robot: int | None) -> list[str]:
 
 def _recordings(run: Path, robot: int | None) -> Sequence[Recording]:
     name = "r*" if robot is None else robot_name(robot)
-    found = sorted((run / INPUTS).glob(f"{name}-*{SUFFIX}"))
+    found = journals_in(run, name)
     if not found:
         raise nothing_to_replay(run, robot)
     return [Recording(path) for path in found]

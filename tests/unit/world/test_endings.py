@@ -283,6 +283,21 @@ def test_robots_that_are_stranded_again_after_an_arrival_are_waited_for_only_if_
     assert ends_within(stage, STRANDED_S) is Ending.STRANDED
 
 
+@pytest.mark.parametrize("upset", ["between the formations", "after them"])
+def test_robots_that_are_stranded_again_are_waited_for_if_a_link_has_broken_meanwhile(upset: str) -> None:
+    stage = running(time={"time_s_max": 500.0})
+    stage.tick(SECOND)
+    for again in (False, True):
+        epoch = stage.fence.epoch.next(1, life_of(1)).number
+        stage.write(1, RobotStranded(epoch=epoch, robot=2, reason="a body plugs the way"))
+        stage.form()
+        stage.write(1, RobotArrived(progress_m=1.0))
+        if again is (upset == "after them"):
+            stage.write(1, LinkBroken(neighbour=2, cause="silence", silent_s=3.0))
+        assert ends_within(stage, STRANDED_S - 2.0) is None
+    assert ends_within(stage, 3.0) is Ending.STRANDED
+
+
 @pytest.mark.parametrize("moves", [True, False])
 def test_while_obstacles_move_robots_that_are_stranded_again_are_waited_for_since_a_way_may_open(
     *, moves: bool

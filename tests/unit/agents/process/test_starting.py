@@ -52,7 +52,28 @@ def test_a_robot_that_is_forgotten_is_not_started_until_it_waits_again() -> None
     assert started(starting) == ["r1"]
 
 
+def test_a_robot_that_is_held_is_not_started_until_it_is_let_go() -> None:
+    starting = fleet(3)
+    starting.hold("r1")
+    starting.wait("r1")
+    assert (started(starting), set(starting.held)) == (["r0", "r2"], {"r1"})
+    starting.let_go("r1")
+    assert (started(starting), set(starting.held)) == (["r1"], set())
+    starting.hold("r1")
+    assert set(starting.held) == set(), "it does not wait"
+
+
+def test_a_robot_that_is_forgotten_is_not_held_when_it_waits_again() -> None:
+    starting = fleet(2)
+    starting.hold("r1")
+    assert starting.forget("r1")
+    starting.wait("r1")
+    assert started(starting) == ["r0", "r1"]
+
+
 def test_nobody_is_started_when_the_host_ends() -> None:
     starting = fleet(3)
+    starting.hold("r1")
     starting.end()
-    assert started(starting) == []
+    starting.let_go("r1")
+    assert (started(starting), set(starting.held)) == ([], set())

@@ -148,9 +148,10 @@ def test_what_a_live_fleet_refuses_a_rehearsed_one_refuses(fleet: Fleet) -> None
             fleet.robot("r3").freeze()
         with pytest.raises(UsageError, match="r2 is not frozen"):
             fleet.robot(2).thaw()
-        lost = fleet.link(1, 2, one_way=True).drop()
+        lost, later = (fleet.link(1, 2, one_way=True).drop() for _ in range(2))
+        assert (lost.name, later.name) == ("given-2", "given-3"), "no refusal has used a name up"
         lost.end()
-        with pytest.raises(UsageError, match=r"no rule given-\d for messages is active"):
+        with pytest.raises(UsageError, match=r"no rule given-2 for messages is active"):
             lost.end()
         fleet.finish()
         with pytest.raises(UsageError, match="kill: the run is over"):

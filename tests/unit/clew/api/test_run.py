@@ -182,7 +182,7 @@ def test_it_judges_replays_and_reports(run: Run, tmp_path: Path) -> None:
     assert run.replay(2).ok
     assert run.report(tmp_path / "why.html").read_text(encoding="utf-8").startswith("<!doctype html>")
     (tmp_path / "mine.html").write_text("mine")
-    with pytest.raises(UsageError, match="no report that could be replaced"):
+    with pytest.raises(UsageError, match="bears no mark of Clew"):
         run.report(tmp_path / "mine.html")
 
 

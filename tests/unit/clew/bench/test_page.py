@@ -83,7 +83,7 @@ def test_the_verb_replaces_no_file_but_such_a_page(tmp_path: Path) -> None:
     (tmp_path / "hop.json").write_bytes(msgspec.json.encode(HOP))
     (tmp_path / "notes.md").write_bytes(b"# Performance\n\nMy notes \xff.\n")
     told = clew("bench", "page", tmp_path / "hop.json", "--out", tmp_path / "notes.md")
-    refusal = f"cannot write {tmp_path}/notes.md: it is there, and no such page that could be replaced"
+    refusal = f"cannot write {tmp_path}/notes.md: it is there, and bears no mark of Clew, so it would be lost"
     assert (told.exit_code, told.stderr) == (2, f"Error: {refusal}\n")
     assert (tmp_path / "notes.md").read_bytes().startswith(b"# Performance\n\nMy notes")
 

@@ -1,6 +1,7 @@
 """The folder of a campaign is its own."""
 
 import fcntl
+import json
 from pathlib import Path
 
 import pytest
@@ -86,3 +87,21 @@ def test_a_campaign_never_replaces_a_file_that_no_campaign_wrote(tmp_path: Path,
     assert (said.exit_code, said.stderr) == (2, refusal)
     assert [each.name for each in out.iterdir()] == ["campaign.json"]
     assert (out / "campaign.json").read_text(encoding="latin-1") == foreign
+
+
+def test_no_tight_scene_replaces_a_file_that_no_campaign_wrote(tmp_path: Path) -> None:
+    mine = scene(tmp_path / "scenes" / "posts" / "one.json")
+    before = mine.read_bytes()
+    asked = ("campaign", mine, "-n", "1", "--tight", "0.9", "--jobs", "1", "--judge-every", "0", "--out")
+    said = clew(*asked, tmp_path)
+    refusal = f"Error: cannot write {mine}: it is there, and bears no mark of Clew, so it would be lost\n"
+    assert (said.exit_code, said.stderr) == (2, refusal)
+    assert mine.read_bytes() == before
+    other = tmp_path / "out" / "scenes" / "posts" / "one.json"
+    other.parent.mkdir(parents=True)
+    other.write_text(json.dumps(json.loads(before) | {"name": "mine"}), encoding="utf-8")
+    assert "bears no mark of Clew" in clew(*asked, tmp_path / "out").stderr
+    other.write_bytes(b"")
+    for edited in ({}, {"name": "edited"}):
+        mine.write_text(json.dumps(json.loads(before) | edited), encoding="utf-8")
+        assert clew(*asked, tmp_path / "out").exit_code == 0, "it is our scene, or nothing"

@@ -38,6 +38,19 @@ def test_episodes_have_the_law_as_it_was_and_are_played_again_when_its_file_has_
     assert "never" in told(here / "out")["episodes"][0]["reason"]
 
 
+def test_no_copy_of_a_law_replaces_a_file_that_no_campaign_wrote(here: Path) -> None:
+    (here / "out").mkdir()
+    (here / "out" / "mylaw.py").write_text("def mine(seen): return 'mine'")
+    said = campaign("mylaw.py:mine")
+    refusal = (
+        "Error: cannot write out/mylaw.py: it is there, and bears no mark of Clew, so it would be lost\n"
+    )
+    assert (said.exit_code, said.stderr) == (2, refusal)
+    assert [path.name for path in (here / "out").iterdir()] == ["mylaw.py"]
+    (here / "out" / "mylaw.py").write_bytes((here / "mylaw.py").read_bytes())
+    assert campaign("mylaw.py:mine").exit_code == 0
+
+
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_what_a_law_prints_is_no_part_of_the_result(
     here: Path, capfd: pytest.CaptureFixture[str], jobs: str

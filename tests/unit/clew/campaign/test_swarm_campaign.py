@@ -77,8 +77,21 @@ def test_without_written_files_the_replay_line_writes_them(
 
 def test_the_same_command_again_plays_nothing_twice(kept: Path) -> None:
     lines = (kept / "episodes.jsonl").read_bytes()
-    swarm(kept, "--keep")
+    assert swarm(kept, "--keep").exit_code == 0
     assert (kept / "episodes.jsonl").read_bytes() == lines
+
+
+def test_no_drawn_world_replaces_a_file_that_no_campaign_wrote(tmp_path: Path) -> None:
+    mine = tmp_path / "drawn" / "24.toml"
+    mine.parent.mkdir()
+    mine.write_bytes(b'name = "mine"\n')
+    said = swarm(tmp_path, "--keep")
+    assert (said.exit_code, said.stderr) == (
+        2,
+        f"Error: cannot write {mine}: it is there, and bears no mark of Clew, so it would be lost\n",
+    )
+    assert [*tmp_path.iterdir(), *mine.parent.iterdir()] == [mine.parent, mine]
+    assert mine.read_bytes() == b'name = "mine"\n'
 
 
 def test_drawn_worlds_and_given_scenes_exclude_each_other(tmp_path: Path) -> None:

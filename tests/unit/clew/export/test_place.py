@@ -82,7 +82,10 @@ def test_a_recording_of_another_program_is_not_replaced_but_an_earlier_export_is
     bag.finish()  # type: ignore[no-untyped-call] # of the library
     before = out.read_bytes()
     said = clew("log", "export", run, "--to", "mcap", "--out", out)
-    assert (said.exit_code, said.stderr) == (2, f"Error: {out}: it is no earlier export, and would be lost\n")
+    assert (said.exit_code, said.stderr) == (
+        2,
+        f"Error: cannot write {out}: it is there, and bears no mark of Clew, so it would be lost\n",
+    )
     assert out.read_bytes() == before
     out.write_bytes(b"")  # as mktemp makes it
     for _ in range(2):
@@ -168,7 +171,7 @@ def test_an_unwritable_place_is_reported_in_one_line(tmp_path: Path, run: Path) 
     (tmp_path / "file").write_text("")
     said = clew("log", "export", run, "--to", "csv", "--out", tmp_path / "file" / "csv")
     assert said.exit_code == 2
-    assert said.stderr.startswith(f"Error: {tmp_path}/file/csv: cannot be written: ")
+    assert said.stderr == f"Error: {tmp_path}/file/csv: cannot be written: {tmp_path}/file is no folder\n"
     with pytest.raises(UsageError, match="No space left"), whole_file(tmp_path / "full.mcap", MARK):
         Path("/dev/full").write_bytes(b"more than fits")
 

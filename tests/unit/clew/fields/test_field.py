@@ -280,6 +280,22 @@ def test_the_verb_writes_many_scenes_a_folder_for_each_kind(tmp_path: Path) -> N
     assert rings == as_told(scene(Field(kind=Kind.RINGS, seed=2, spare=0.06)))
 
 
+def test_the_verb_replaces_scenes_that_it_has_written_and_no_other_file(tmp_path: Path) -> None:
+    kinds = [kind.value for kind in Kind]
+    for _ in range(2):
+        assert clew(*kinds, "--seed", "2", "--out", str(tmp_path)).exit_code == 0
+    mine = tmp_path / "stars" / "stars-2.json"
+    written = {path: path.read_bytes() for path in tmp_path.rglob("*.json") if path != mine}
+    mine.write_text('{"schema": "clew-scene/1", "name": "stars-2", "polygons": []}')
+    said = clew(*kinds, "--seed", "2", "--density", "0.1", "--out", str(tmp_path))
+    assert (said.exit_code, said.stderr) == (
+        2,
+        f"Error: cannot write {mine}: it is there, and bears no mark of Clew, so it would be lost\n",
+    )
+    assert written == {path: path.read_bytes() for path in tmp_path.rglob("*.json") if path != mine}
+    assert mine.read_text().endswith('"polygons": []}')
+
+
 @pytest.mark.parametrize("words", [("rings", "stars"), ("rings", "--seeds", "1-2")])
 def test_several_scenes_are_not_printed(words: tuple[str, ...]) -> None:
     said = clew(*words)
@@ -291,7 +307,8 @@ def test_several_scenes_are_not_printed(words: tuple[str, ...]) -> None:
     ("words", "refusal"),
     [
         (["circles", "--density", "-1"], "$.density: must be >= 0.0, got -1.0"),
-        (["circles", "--size", "0", "4"], "$.size_m[0]: must be > 0.0 m, got 0.0"),
+        (["circles", "--size", "0", "4"], "$.size_m[0]: must be >= 0.01 m, got 0.0"),
+        (["circles", "--size", "4", "1e-300"], "$.size_m[1]: must be >= 0.01 m, got 1e-300"),
         (["circles", "--plugged"], "$.plugged: is for corridors only, got circles"),
         (["corridors", "--size", "1", "4"], "$.size_m: must hold 2 x 2 corridors of 0.6 m"),
         (["rings", "--size", "2", "4"], "$.size_m: must be >= 4.5 m, 6 times a way and a wall, for rings"),

@@ -19,10 +19,11 @@ from matplotlib.text import Annotation
 from clew.figures.distances import from_hull_m
 from clew.figures.ground import patch_of
 from clew.figures.run import charts_of
-from clew.figures.style import COLUMN_IN, LOOKS, PAGE_IN, Chart, LeftOut, render
+from clew.figures.style import COLUMN_IN, LOOKS, MARK, PAGE_IN, Chart, LeftOut, render
 from clew.figures.traces import POINTS_MAX, moving_clearance_m, separations_m, thinned
 from clew.log import timeline
 from clew.story.course import course_of
+from protocol.files.writing import check_ours
 from protocol.root import ROOT
 from protocol.timeline import PoseSampled
 from tests.support.campaigns import clew, closed
@@ -316,6 +317,25 @@ def test_files_are_valid_and_hold_text_not_outlines(folder: Path, told: dict[str
         assert b"/Subtype /Type3" not in files["pdf"]
         assert files["png"].startswith(b"\x89PNG")
         assert int.from_bytes(files["png"][16:20]) == int(300.0 * width_in)
+
+
+def test_figures_of_ours_are_replaced_and_no_other_file(
+    folder: Path, tmp_path: Path, told: dict[str, Any]
+) -> None:
+    for path in map(Path, told["written"]):
+        check_ours(path, MARK.encode())
+    asked = ("figures", folder / "closed", "--format", "svg", "--out", tmp_path)
+    assert clew(*asked).exit_code == 0
+    drawn = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    mine = min(drawn)
+    mine.write_bytes(b"mine")
+    said = clew(*asked)
+    refusal = f"Error: cannot write {mine}: it is there, and bears no mark of Clew, so it would be lost"
+    assert (said.exit_code, said.stderr.splitlines()[-1]) == (2, refusal)
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == {**drawn, mine: b"mine"}
+    mine.unlink()
+    assert clew(*asked).exit_code == 0
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == drawn
 
 
 @pytest.mark.long

@@ -7,6 +7,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from agents.process.journal import SUFFIX
 from clew.log.journals.recording import Recording
 from clew.log.replay_missing import NEVER_STARTED, NO_MISSION
 from protocol.network.session import INPUTS
@@ -16,6 +17,7 @@ from tests.support.runs import Runs
 from world.record.recorder import EVENTS_FILE
 
 DAMAGE_AT = 5000  # of tens of thousands of bytes
+MISSING_1 = {"robot": 1, "incarnation": "1", "excuse": None, "is_empty": False}
 
 
 @pytest.fixture
@@ -104,8 +106,24 @@ def test_a_robot_without_a_journal_is_named_and_is_a_failure(run: Path) -> None:
     assert "robot 1 (1): has no journal, though by the log it took part" in said.stdout
     assert "all the same" not in said.stdout
     told = json.loads(clew("replay", run, "--json").stdout)
-    assert (told["ok"], told["missing"]) == (False, [{"robot": 1, "incarnation": "1", "excuse": None}])
+    assert (told["ok"], told["missing"]) == (False, [MISSING_1])
     assert clew("replay", run, "--robot", "2").exit_code == 0, "nobody asked for robot 1"
+
+
+def test_an_empty_journal_is_named_and_the_others_are_replayed(run: Path) -> None:
+    journal_of(run, 1).write_bytes(b"")
+    said = clew("replay", run)
+    assert said.exit_code == 1
+    assert "robot 1 (1): has only an empty journal, though by the log it took part" in said.stdout
+    assert [f"robot {robot} (1): the same" in said.stdout for robot in range(1, 6)] == [False, *[True] * 4]
+    told = json.loads(clew("replay", run, "--json").stdout)["missing"]
+    assert told == [MISSING_1 | {"is_empty": True}]
+    for verb in (("replay", run, "--until", 8), ("log", "messages", run)):
+        said = clew(*verb)
+        assert (said.exit_code, "not complete: robot 1 (1): has only an empty journal" in said.stderr) == (
+            0,
+            True,
+        )
 
 
 def test_a_robot_that_was_started_again_has_two_journals(runs: Runs, tmp_path: Path) -> None:
@@ -139,6 +157,13 @@ def test_a_robot_without_a_mission_may_have_no_journal(run: Path, *, began: bool
     assert said.exit_code == 0
     assert "robot 4" in said.stdout
     assert f"has no journal, and may have none: {excuse}" in said.stdout
+    if began:
+        (run / INPUTS / f"r4-1{SUFFIX}").touch()  # it was killed before it wrote the first record
+        said = clew("replay", run)
+        assert (said.exit_code, f"has only an empty journal, and may have: {excuse}" in said.stdout) == (
+            0,
+            True,
+        )
 
 
 def test_without_a_log_it_is_unknown_whether_a_journal_is_missing(run: Path) -> None:

@@ -103,6 +103,19 @@ def test_a_run_without_a_verdict_goes_on_as_long_as_it_is_written_to(
     assert not dead.exists()
 
 
+@pytest.mark.parametrize("content", [b"", b"{", b'{"ok": 1}'])
+def test_a_run_whose_verdict_cannot_be_read_is_over(monkeypatch: pytest.MonkeyPatch, content: bytes) -> None:
+    monkeypatch.setattr(runs, "QUIET_S", QUIET_S)
+    over = run("over", age_s=0.0)
+    (over / runs.VERDICT).write_bytes(content)
+    said = clew("ls")
+    assert (said.exit_code, "verdict.json cannot be read" in said.stdout) == (0, True)
+    (told,) = json.loads(clew("ls", "--json").stdout)
+    assert (told["verdict"], told["is_unreadable"], told["goes_on"]) == (None, True, False)
+    assert clew("ls", over, "--delete", "--yes").exit_code == 0
+    assert not over.exists()
+
+
 @pytest.mark.parametrize(
     ("other", "why"),
     [

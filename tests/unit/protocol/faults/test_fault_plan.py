@@ -10,7 +10,7 @@ from protocol.errors import UsageError
 from protocol.faults.fit import WAYS, check_fits
 from protocol.faults.message_faults import LEFT_ALONE
 from protocol.faults.plan import PLANS, Plan, load, uniform
-from protocol.faults.rules import Drop, Kill, MessageKind, Partition, Rule
+from protocol.faults.rules import Delay, Drop, Kill, MessageKind, Partition, Rule
 from protocol.root import ROOT
 from protocol.wire.messages import Message
 from tests.support.faults import SHIPPED
@@ -163,6 +163,11 @@ def test_a_scenario_that_is_given_as_a_plan_is_named_as_that(
         (Partition(group=("r1",), others=("router", "r8")), r"\.others\[1\]: must be .*, got r8"),
         (Drop(sender=("world",), kinds=("ahead",)), r"\.kind: must be .*, got ahead, which goes from robots"),
         (Drop(receiver=("r2",), kinds=("drive", "log")), r"\.kind: must be .*, got drive, .* to world; log,"),
+        (
+            Drop(sender=("r1",), receiver=("r1",)),
+            r"\.to: must name another process than `from`, got r1, and .*",
+        ),
+        (Delay(sender=("world",), receiver=("world",), delay_s_max=1.0), r"\.to: must .*, got world, and .*"),
         (Drop(sender=("r3",), kinds=("ask",)), r"\.kind: must be .*, got ask, .* name is not told to world"),
     ],
 )
@@ -180,6 +185,8 @@ def test_a_plan_that_names_missing_robots_or_messages_does_not_fit(rule: Rule, s
         Drop(sender=("world", "r1"), kinds=("ahead", "odometry")),
         Drop(receiver=("r6",), kinds=("drive", "odometry")),
         Drop(kinds=("ask",)),
+        Drop(sender=("r1", "r2"), receiver=("r2", "r1")),
+        Drop(receiver=("r1",)),
     ],
 )
 def test_a_plan_fits_if_all_its_names_and_one_of_its_kinds_exist(rule: Rule) -> None:

@@ -140,6 +140,19 @@ def test_rules_given_by_hand_get_no_name_that_a_rule_of_the_plan_has() -> None:
     assert RunFaults(plan, 1, robots=3).add(Drop(), now_s=0.0, for_s=None) == "given-8"
 
 
+def test_a_rule_that_is_refused_uses_up_no_name() -> None:
+    faults = without_plan()
+    refused: list[Rule] = [Drop(sender=("r9",)), Drop(sender=("r1",), kinds=("ask",))]
+    refused += [Kill(target="r3", robots=2), Thaw(target="r1"), Kill(target="r1", point=StepPoint.MID_DRIVE)]
+    for rule in refused:
+        with pytest.raises(UsageError):
+            faults.add(rule, now_s=0.0, for_s=None)
+    names = [faults.add(Drop(), now_s=0.0, for_s=1.0) for _ in range(GIVEN_MAX)]
+    with pytest.raises(UsageError, match="no more than 100"):
+        faults.add(Drop(), now_s=0.5, for_s=1.0)
+    assert [*names, faults.add(Drop(), now_s=1.0, for_s=None)] == [f"given-{n}" for n in range(1, 102)]
+
+
 def test_rules_that_do_not_fit_into_one_message_are_refused_until_others_end() -> None:
     everybody = tuple(f"r{robot}" for robot in range(1, 1001))
     cut = Partition(group=everybody[:500], others=everybody[500:])

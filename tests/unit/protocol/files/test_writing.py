@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from protocol.files.writing import make_folder, open_private, write_whole
+from protocol.errors import UsageError
+from protocol.files.writing import check_ours, make_folder, open_private, write_whole
 
 
 def mode_of(path: Path) -> int:
@@ -49,14 +50,17 @@ def test_a_link_is_replaced_and_its_target_stays_unchanged(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("mode", ["x", "a", "r+"])
-def test_a_link_is_never_opened(tmp_path: Path, mode: str) -> None:
+def test_a_link_is_never_opened_and_neither_it_nor_a_file_taken_for_a_folder(
+    tmp_path: Path, mode: str
+) -> None:
     (tmp_path / "target").write_bytes(b"theirs")
     (tmp_path / "link").symlink_to("target")
     with pytest.raises(OSError, match="link"):
         open_private(tmp_path / "link", mode)
     (tmp_path / "folder").symlink_to(tmp_path)
-    with pytest.raises(FileExistsError):
-        make_folder(tmp_path / "folder")
+    for name, place in (("folder", "folder"), ("target", "target"), ("target/deep/run", "target")):
+        with pytest.raises(FileExistsError, match=f"{tmp_path}/{place} is no folder"):
+            make_folder(tmp_path / name)
 
 
 def test_a_path_that_is_not_a_file_is_refused_and_nothing_is_left(tmp_path: Path) -> None:
@@ -78,3 +82,32 @@ def test_a_failed_write_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.
     with pytest.raises(OSError, match="No space"):
         write_whole(tmp_path / "file", b"after")
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("file", b"before")]
+
+
+MARK = b"made by us"
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"%PDF " + MARK, b"x" * 9000 + MARK, MARK + b"x" * 9000, b"x" * 5000 + MARK], ids=len
+)
+def test_a_file_of_ours_and_an_empty_one_may_be_replaced(tmp_path: Path, content: bytes) -> None:
+    check_ours(tmp_path / "file", MARK)
+    (tmp_path / "file").write_bytes(content)
+    check_ours(tmp_path / "file", MARK)
+
+
+@pytest.mark.parametrize("content", [b"x", b"x" * 9000, b"x" * 9000 + MARK + b"x" * 9000])
+def test_a_file_of_others_must_not_be_replaced(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "file").write_bytes(content)
+    with pytest.raises(
+        UsageError, match=r"^cannot write .*/file: it is there, and bears no mark of Clew, so "
+    ):
+        check_ours(tmp_path / "file", MARK)
+
+
+def test_what_is_no_file_must_not_be_replaced(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "far").symlink_to("/dev/zero")
+    for name in ("pipe", "far", "."):
+        with pytest.raises(UsageError, match="cannot be read: "):
+            check_ours(tmp_path / name, MARK)

@@ -23,6 +23,7 @@ JOINS = replace(planned(1), joins=True)
 END = StepFinished(robot=1, step=7, x_m=0.0, y_m=0.0, clearance_m=None)
 GOAL = GoalReached(x_m=0.0, y_m=0.0)
 BACK = StrandReversed(epoch=10001, cut_m=0.0, end_m=3.0, back_by_m=2.0)
+TURN = replace(BACK, back_by_m=0.0)
 GIVES_UP = ViewProposed(epoch=30001, cause=Cause.NO_WAY, why="it knows none")
 FORMS = ViewProposed(epoch=20003, cause=Cause.BLOCKED, why="it is")
 
@@ -39,6 +40,15 @@ TRIED: dict[str, tuple[list[Record], str]] = {
     "a way back": (
         [STEP, END, BACK, fence(20003, May.NOBODY), fence(20003, May.ALL)],
         "the strand was backing out of a dead end since t=3.0 s; the strand had turned round once",
+    ),
+    "a lead of the tail": (
+        [STEP, END, TURN, fence(20003, May.NOBODY), fence(20003, May.ALL)],
+        "the tail was to lead the strand out of a dead end since t=3.0 s; the strand had turned round once",
+    ),
+    "a lead of the tail after a way back": (
+        [STEP, END, BACK, TURN, fence(20003, May.NOBODY), fence(20003, May.ALL)],
+        "the tail was to lead the strand out of a dead end since t=4.0 s; "
+        "the strand had turned round 2 times",
     ),
     "another leader after one that knew no way": (
         [STEP, END, BACK, GIVES_UP, fence(30001, May.NOBODY), fence(30001, May.ALL)],
