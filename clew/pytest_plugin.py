@@ -10,7 +10,7 @@ Rule 5: what cannot be done as a test asks is said in one line, at the line of t
 
 import shlex
 from collections.abc import Iterable, Iterator, Sequence
-from inspect import signature
+from inspect import iscoroutine, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -173,6 +173,16 @@ def _check_struck(item: pytest.Item, fleet: "Fleet") -> None:
         )
 
 
+def _finished(called: object) -> None:
+    """Await what a test has returned if it is a coroutine: no event loop runs when a test is reported."""
+    if iscoroutine(called):
+        import asyncio  # noqa: PLC0415 - late: most tests need none
+
+        # With a factory, a runner leaves alone which loop is this thread's.
+        with asyncio.Runner(loop_factory=asyncio.new_event_loop) as runner:
+            runner.run(called)
+
+
 def _made(
     item: pytest.Item, stage: str, seed: int, folder: Path, without: frozenset[int] = frozenset()
 ) -> "Fleet":
@@ -220,7 +230,7 @@ def _test(item: pytest.Item, name: str, fleet: "Fleet", error: BaseException) ->
         arguments = {each: item.funcargs[each] for each in signature(function).parameters}  # type: ignore[attr-defined] # of every test function, too
         failed: BaseException | None = None
         try:
-            function(**arguments | {name: again})
+            _finished(function(**arguments | {name: again}))
             _check_struck(item, again)
         except (KeyboardInterrupt, SystemExit):
             raise

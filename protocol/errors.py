@@ -1,7 +1,8 @@
 """Errors by their cause: the user or a peer. Errors of our own are assertions."""
 
 import traceback
-from itertools import islice
+from collections.abc import Collection
+from itertools import dropwhile
 from pathlib import Path
 
 FRAMES_MAX = 8  # the last calls: enough to find the place
@@ -45,13 +46,16 @@ def is_failure(error: BaseException) -> bool:
     return by_name or isinstance(error, Exception | SystemExit)
 
 
-def sentence_of(error: BaseException) -> str:
-    """What an error says: its message, and the last calls with file and line."""
-    frames = reversed(traceback.extract_tb(error.__traceback__))
-    calls = (
-        f"{Path(frame.filename).name}:{frame.lineno} {frame.name}" for frame in islice(frames, FRAMES_MAX)
-    )
-    return recordable(f"{type(error).__name__}: {_message_of(error)} ({', '.join(calls)})")
+def sentence_of(error: BaseException, *, through: Collection[str] = ()) -> str:
+    """What an error says: its message, and the last calls with file and line.
+
+    Calls of the files `through`, which call the code of a user, are left out: the user's file may be called
+    as one of them.
+    """
+    frames = dropwhile(lambda frame: frame.filename in through, traceback.extract_tb(error.__traceback__))
+    calls = [f"{Path(frame.filename).name}:{frame.lineno} {frame.name}" for frame in frames]
+    where = f" ({', '.join(calls[: -FRAMES_MAX - 1 : -1])})" if calls else ""
+    return recordable(f"{type(error).__name__}: {_message_of(error)}{where}")
 
 
 def _message_of(error: BaseException) -> str:

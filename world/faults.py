@@ -193,7 +193,7 @@ class RunFaults:
     def _check(self, rule: ProcessRule, process: str) -> None:
         """Refuse a rule that cannot affect a process: a dead process can only be restarted."""
         if process in self._planned.ended and not isinstance(rule, Restart):
-            raise UsageError(f"{process} is dead; restart has it start again")
+            raise UsageError(f"{process} is dead; a restart starts it again")
         if isinstance(rule, Thaw) and process not in self._planned.ended.frozen:
             raise UsageError(f"{process} is not frozen")
 

@@ -24,6 +24,7 @@ from agents.navigation.guidance import CostToGo
 from agents.navigation.obstacles import Obstacle
 from agents.navigation.scan import fix
 from agents.navigation.step import GAIN_M, Sight, Step
+from protocol import laws
 from protocol.arrays import Floats, xy
 from protocol.errors import is_failure, recordable, sentence_of
 from protocol.frames import wrap
@@ -173,7 +174,8 @@ def asked(law: Law, seen: Seen) -> Step | Refused:
     except BaseException as error:  # rule 3: the law is the user's
         if not is_failure(error):
             raise
-        return Refused(Why.FAILED, recordable(f"the law {name} failed: {sentence_of(error)}"))
+        why = sentence_of(error, through={__file__, laws.__file__})
+        return Refused(Why.FAILED, recordable(f"the law {name} failed: {why}"))
     if step is None or isinstance(step, str) or step.length_m == 0.0:
         step = step if isinstance(step, str) else None
         why = step or f"the law {name} proposes no step from here"

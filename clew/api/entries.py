@@ -35,7 +35,15 @@ class Entry:
         return self.written.record
 
     def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - a field of any kind
-        return getattr(self.written.record, name)
+        record = self.written.record
+        try:
+            return getattr(record, name)
+        except AttributeError:
+            fields = ", ".join(("t_s", "source", "kind", *record.__struct_fields__))
+        # Many ask the entry of a robot for its number, which is in the source.
+        raise AttributeError(
+            f"{self.kind} has no field {name!r}, only {fields}; its source is {self.source!r}"
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """All fields as plain data, as in the log."""

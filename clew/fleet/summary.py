@@ -100,9 +100,12 @@ def recovery_lines(verdict: Verdict) -> Iterator[str]:
 
 
 def _mended(death: Death) -> str:
-    if death.detected_s is None:
+    if death.detected_s is None and death.recovered_s is None:
         return "not noticed by any robot"
-    noticed = f"noticed after {death.detected_s - death.cause_s:.1f} s"
+    if death.detected_s is None:  # it died while a view formed, for example
+        noticed = "no link to it was broken"
+    else:
+        noticed = f"noticed after {death.detected_s - death.cause_s:.1f} s"
     if death.recovered_s is None:
         return f"{noticed}, never healed"
     return f"{noticed}, healed after {death.recovered_s - death.cause_s:.1f} s"

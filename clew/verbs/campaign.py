@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 Watch = Callable[[int, int, int], None]
 
 JUDGE_EVERY = 100  # costs a thousandth of a campaign
+SURPRISES_SHOWN = 20  # with two lines each, still less than most terminals keep
 REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
 
 
@@ -231,9 +232,7 @@ def _print(result: "Campaign", out: Path) -> None:
     if result.faults == SWARM:
         out_table.print(class_table(result.classes))
         out_table.print(coverage_table(result.coverage))
-    for outcome in result.surprises:
-        say(f"{outcome.surprise}: {outcome.family}/{outcome.scene}, seed {outcome.seed}: {outcome.reason}")
-        say(f"    {to_copy(outcome.replay)}")
+    _print_surprises(result, out)
     if result.guided:
         futures, cells = (
             sum(getattr(each, name) for each in result.episodes) for name in ("futures", "cells")
@@ -246,6 +245,17 @@ def _print(result: "Campaign", out: Path) -> None:
     more = f"; surprises: {len(result.surprises)}" if result.surprises else ""
     more += f"; not played: {left}" if left else ""
     click.echo(f"{word}: {in_words(result.episodes)}{more}. Campaign: {out}")
+
+
+def _print_surprises(result: "Campaign", out: Path) -> None:
+    """The first ones, each with its replay: many would hide the table above them."""
+    from clew.campaign.campaign import CAMPAIGN_FILE
+
+    for outcome in result.surprises[:SURPRISES_SHOWN]:
+        say(f"{outcome.surprise}: {outcome.family}/{outcome.scene}, seed {outcome.seed}: {outcome.reason}")
+        say(f"    {to_copy(outcome.replay)}")
+    if (unshown := len(result.surprises) - SURPRISES_SHOWN) > 0:
+        say(f"and {unshown} surprises more: `surprises` in {out / CAMPAIGN_FILE} has all")
 
 
 @contextmanager

@@ -29,8 +29,8 @@ ONLY_IN = {
         "protocol/network/router.py",
         "protocol/network/zenoh_transport.py",
     },
-    # The shells, and the network ends that an event loop waits for. All other code gets the time as an
-    # argument.
+    # The shells, the network ends that an event loop waits for, and pytest, which runs tests that are
+    # coroutines. All other code gets the time as an argument.
     "asyncio": {
         "agents/process/host.py",
         "clew/bench/hop/__main__.py",
@@ -42,6 +42,7 @@ ONLY_IN = {
         "clew/log/follow.py",
         "clew/page/serve/channel.py",
         "clew/page/serve/server.py",
+        "clew/pytest_plugin.py",
         "clew/verbs/log_cat.py",
         "clew/verbs/view.py",
         "protocol/__main__.py",

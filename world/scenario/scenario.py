@@ -228,7 +228,9 @@ def load(
     path, said = read_found(name_or_path)
     raw = scene.as_scenario(said, name_or_path) if path.suffix == ".json" else said
     if isinstance(raw.get("fleet"), list):
-        raise UsageError(f"{name_or_path}: has several fleets; only `clew run` and `clew rehearse` take them")
+        raise UsageError(
+            f"{name_or_path}: has several fleets; only the commands `clew run` and `clew rehearse` take them"
+        )
     changes = _override(
         raw,
         ("fleet", "robots", robots),

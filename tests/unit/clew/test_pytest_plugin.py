@@ -97,6 +97,24 @@ def test_ends_at_once(clew_rehearsal):
     assert "/clew_rehearsal/shrunk.toml" in said
 
 
+def test_a_failing_test_that_is_a_coroutine_is_awaited_when_it_is_played_again(tmp_path: Path) -> None:
+    test = """
+import asyncio
+
+@pytest.mark.asyncio
+@pytest.mark.clew(robots=2)
+async def test_all_arrive(clew_rehearsal):
+    clew_rehearsal.link(1, 2).drop(0.1)
+    clew_rehearsal.tail.kill(step=2)
+    run = await asyncio.to_thread(clew_rehearsal.finish)
+    assert run.verdict.robots_arrived == 2
+"""
+    code, said = played(tmp_path, test, "-p", "asyncio")
+    assert code == 1, said
+    assert "faults: 1 of 2 that were given matter:" in said
+    assert "never awaited" not in said
+
+
 FAILING = """
 played = []
 

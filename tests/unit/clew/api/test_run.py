@@ -11,7 +11,7 @@ from clew.api.run import Run, open_run
 from clew.log import timeline
 from clew.log.log import Log
 from protocol.errors import UsageError
-from protocol.timeline import FaultInjected, MessageRefused, PoseSampled, TrafficCounted
+from protocol.timeline import FaultInjected, LeaderSucceeded, MessageRefused, PoseSampled, TrafficCounted
 from tests.support.logs.logs import AT_REST, numbered, recorded
 from tests.support.runs import Runs
 from world.judge.verdict import VERDICT_FILE
@@ -121,8 +121,15 @@ def test_the_fields_of_an_entry_are_its_attributes(run: Run) -> None:
     assert (first.step, first.kind, first.source) == (1, "step.planned", "r1")
     assert first.as_dict()["target"]["x_m"] == first.target.x_m
     assert str(first).startswith(f"t={first.t_s:.3f} s r1: r1 plans step 1")
-    with pytest.raises(AttributeError):
-        _ = first.no_such_field
+    assert not hasattr(first, "no_such_field")
+
+
+def test_of_a_field_that_an_entry_has_not_the_error_names_those_it_has(tmp_path: Path) -> None:
+    led = open_run(recorded(tmp_path / "led", numbered((("r2", LeaderSucceeded(epoch=20002, before=1)),))))
+    [entry] = led.entries("leader.succeeded")
+    why = "^leader.succeeded has no field 'robot', only t_s, source, kind, epoch, before; its source is 'r2'$"
+    with pytest.raises(AttributeError, match=why):
+        _ = entry.robot
 
 
 def test_a_run_knows_its_verdict_its_seed_and_its_steps(run: Run) -> None:

@@ -93,6 +93,16 @@ def test_a_law_that_raises_is_a_surprise_where_no_scene_says_whether_there_is_a_
     assert "KeyError: 'typo' (mylaw.py:1 mine" in surprise["reason"]
 
 
+def test_of_many_surprises_the_first_are_printed_and_the_others_counted(here: Path) -> None:
+    (here / "mylaw.py").write_text("def mine(seen): raise ValueError")
+    asked = ("campaign", "one.json", "-n", "1", "--jobs", "1", "--seeds", "1-22", "--law", "mylaw.py:mine")
+    said = clew(*asked, "--out", "out").stdout.splitlines()
+    printed = [line for line in said if line.startswith("crashed: ")]
+    assert [", seed 20: " in printed[-1], len(printed)] == [True, 20]
+    assert said[-2] == "and 2 surprises more: `surprises` in out/campaign.json has all"
+    assert "surprises: 22." in said[-1]
+
+
 def test_an_episode_is_played_again_when_the_law_of_its_scenario_has_changed(here: Path) -> None:
     text = (SCENARIOS / "paper.toml").read_text()
     (here / "one.toml").write_text(text.replace('law = "printed"', 'law = "mylaw.py:mine"'))

@@ -92,7 +92,7 @@ def struck(process: str, *actions: ProcessAction) -> RunFaults:
 @pytest.mark.parametrize(
     ("actions", "rule", "why"),
     [
-        ([ProcessAction.KILL], Kill(target="r3"), "r3 is dead; restart has it start again"),
+        ([ProcessAction.KILL], Kill(target="r3"), "r3 is dead; a restart starts it again"),
         ([ProcessAction.FREEZE, ProcessAction.KILL], Freeze(target="r3"), "r3 is dead"),
         ([], Thaw(target="r3"), "r3 is not frozen"),
         ([ProcessAction.FREEZE, ProcessAction.THAW], Thaw(target="r3"), "r3 is not frozen"),
@@ -292,7 +292,7 @@ def test_a_manual_rule_cannot_strike_a_dead_robot_but_can_restart_it(source: str
     run_faults = without_plan()
     run_faults.hear(source, entry(record))
     for rule in (Kill(target="r3"), Freeze(target="tail"), Slow(target="r3", delay_s=0.1)):
-        with pytest.raises(UsageError, match="r3 is dead; restart has it start again"):
+        with pytest.raises(UsageError, match="r3 is dead; a restart starts it again"):
             run_faults.add(rule, now_s=1.0, for_s=None)
     run_faults.add(Restart(target="r3"), now_s=1.0, for_s=None)
     assert [fault.action for t_s in (1.0, 1.1) for fault in run_faults.due(t_s)] == [

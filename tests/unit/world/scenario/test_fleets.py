@@ -55,7 +55,7 @@ def test_a_file_is_read_back_equal_and_options_apply_to_each_fleet(tmp_path: Pat
 def test_what_takes_one_fleet_refuses_several_in_one_line(tmp_path: Path) -> None:
     path = written(tmp_path, raw())
     with pytest.raises(
-        UsageError, match="several fleets; only `clew run` and `clew rehearse` take"
+        UsageError, match="several fleets; only the commands `clew run` and `clew rehearse` take"
     ) as refused:
         load(path)
     assert "\n" not in str(refused.value)
