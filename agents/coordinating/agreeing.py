@@ -51,9 +51,9 @@ class Turning:
         order = tuple(robot for _, robot, _ in reversed(at))
         if [rank for rank, _, _ in at] != [*range(self.formation.members)] or len({*order}) < len(order):
             return None
-        end_m, cut_m = self.turnabout.end_m, self.turnabout.cut_m
-        if self.turnabout.back_by_m == 0.0:
-            cut_m = min(s_m for *_, s_m in at)  # the tail leads from here; the old leader may have old news
+        end_m, tail_m = self.turnabout.end_m, min(s_m for *_, s_m in at)  # the leader may have old news of it
+        leads_from_there = self.turnabout.back_by_m == 0.0
+        cut_m = tail_m if leads_from_there else min(self.turnabout.cut_m, tail_m)
         path = self.path.reversed(cut_m, end_m)
         return order, (path, {robot: min(max(end_m - s_m, 0.0), path.end_m) for _, robot, s_m in at})
 

@@ -12,7 +12,8 @@ class Turnabout:
     cut_m: float
     """Where the new path ends, as the leader knows it: the part before that is not needed any more.
 
-    If the new leader plans on its own, the path ends at the place that it reports, whatever this says.
+    The path reaches at least to the place that the new leader reports. If that plans on its own, it ends
+    there.
     """
     end_m: float
     """Where the new path begins: at the robot that leads until then."""

@@ -8,6 +8,9 @@ Rule 2: if it has none, no robot ahead of the tail leads out: the tail leads, fr
         corridor that barely fits, the strand backs up to where it shows one.
 Rule 3: where the tail cannot come back far enough, its leader steps away on the shortest way that lets it.
 Rule 4: a step after which no more can be granted makes no room. After `ROOM_STEPS_MAX` of them it gives up.
+Rule 5: a strand that backs up takes along only as much of the path as its leader needs. A robot grants no
+        ground beside path that it may still drive. So where a path crosses itself, robots that can go back
+        all the way pass the loop one at a time.
 """
 
 from collections.abc import Callable
@@ -19,8 +22,11 @@ from agents.navigation.ground import Ground
 from agents.navigation.guidance import Map
 from agents.navigation.scan import View
 from agents.navigation.step import Step, certified_step_to_goal
+from agents.strand.grants import GRANT_M_MIN
 from protocol.arrays import Floats, xy
 from protocol.mission import Mission
+from protocol.path import Path
+from protocol.wire.authority import authority_m
 
 PLACES_APART_KEEPS = 1.0  # how fine the path is searched, in least distances of a centre
 ROOM_STEPS_MAX = 5  # some steps round a hairpin free no ground behind; steps to and fro never do
@@ -52,6 +58,34 @@ def way_back_m(ground: Ground, keep_m: float, reachable: Callable[[Floats, Float
     if back_to_m <= tail_m and reachable(xy(path.at(tail_m)), ground.taken_from_tail):
         return None
     return back_to_m
+
+
+def cut_before_m(path: Path, mission: Mission, *, robots: int, tail_m: float, back_by_m: float) -> float:
+    """The arc length before which a strand that backs up needs none of its path (rule 5).
+
+    Args:
+        path: the path, at whose end the leader stands.
+        mission: what the robots have to keep.
+        robots: how many there are in the strand.
+        tail_m: arc length of the tail.
+        back_by_m: how far the leader is to come back.
+    """
+    spare_m = robots * GRANT_M_MIN
+    while (end_m := tail_m - back_by_m - spare_m) > 0.0:
+        if _last_grant_m(path.reversed(end_m, path.end_m), mission, robots) >= back_by_m:
+            return end_m
+        spare_m *= 2.0
+    return 0.0
+
+
+def _last_grant_m(back: Path, mission: Mission, robots: int) -> float:
+    """How far the last robot may come along this path when the first has come to its end."""
+    at_m = back.end_m
+    for behind in reversed(range(robots - 1)):
+        from_m = behind * 2.0 * mission.robot_radius_m  # it stands at least there: hulls do not overlap
+        free_m = authority_m(back, from_m=from_m, progress_m=at_m, keep_m=mission.grant_keep_m)
+        at_m = max(free_m - GRANT_M_MIN, 0.0)
+    return at_m
 
 
 class Room:

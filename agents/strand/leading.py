@@ -24,6 +24,7 @@ from agents.navigation.leg import place_is_clear
 from agents.navigation.scan import View
 from agents.navigation.step import Crossed, LookCloser, NoStep
 from agents.navigation.sure import closer
+from agents.strand.dead_end import cut_before_m
 from agents.strand.leader import NO_WAY, DeadEnd, Leader, Plan, Wait
 from agents.strand.memory import Memory
 from agents.strand.strand import Strand
@@ -237,10 +238,13 @@ class Leading:
 
     def _turn_back(self, back_to_m: float | None) -> None:
         """Rule 2."""
-        strand, back_by_m, cut_m = self._strand, 0.0, self._strand.grants.tail_m
+        strand, back_by_m, cut_off_m = self._strand, 0.0, self._strand.grants.tail_m
         if back_to_m is not None:
-            back_by_m, cut_m = max(0.0, strand.path.end_m - back_to_m), 0.0
-        turnabout = Turnabout(cut_m=cut_m, end_m=self._driver.progress_m, back_by_m=back_by_m)
+            back_by_m = max(0.0, strand.path.end_m - back_to_m)
+            cut_off_m = cut_before_m(
+                strand.path, self._mission, robots=strand.members, tail_m=cut_off_m, back_by_m=back_by_m
+            )
+        turnabout = Turnabout(cut_m=cut_off_m, end_m=self._driver.progress_m, back_by_m=back_by_m)
         self._reason = Reason(Cause.DEAD_END, "the only way leads back", turnabout=turnabout)
 
     def _begin(self, planned: StepPlanned) -> list[Command]:

@@ -70,6 +70,13 @@ def test_a_tail_that_leads_does_so_from_where_it_reports_to_stand(cut_m: float) 
     assert places_m == pytest.approx({1: 0.0, 2: 1.0, 3: 2.5})
 
 
+def test_a_strand_that_backs_up_keeps_its_path_up_to_where_its_tail_reports_to_stand() -> None:
+    turning = replace(TURNING, turnabout=Turnabout(cut_m=2.5, end_m=4.0, back_by_m=0.2))
+    turned = turning.turned(reports())
+    assert turned is not None
+    assert turned[1][0].end_m == pytest.approx(2.5), "the leader had heard of it further on"
+
+
 def test_a_tail_that_tells_a_place_ahead_of_others_moves_none_of_theirs() -> None:
     turning = replace(TURNING, turnabout=Turnabout(cut_m=1.5, end_m=4.0, back_by_m=0.0))
     turned = turning.turned(reports(r3=stood_at(3.9, rank=2)))
