@@ -7,7 +7,7 @@ Rule 2 (liveness): it does not wait for reports to answer, but repeats its news:
 """
 
 from collections.abc import Iterable, Set
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from agents.commands import Command, Say
 from agents.coordinating.draft import Draft
@@ -43,8 +43,7 @@ class Telling:
 
     def tell(self, plan: Plan, now_s: float) -> list[Command]:
         """The formation is made: send it to its members."""
-        stranded = (self.turns.put_for.keys() & self.reported.counted.keys()) - plan.lives.keys()
-        self.plan = plan = replace(plan, stranded=tuple(sorted(stranded)))
+        self.plan = plan
         self._made_s = self._news_at_s = now_s
         self._due.difference_update(plan.order)
         return [Say(robot, piece) for robot in plan.order for piece in plan.pieces(robot)]
@@ -63,11 +62,11 @@ class Telling:
         if is_due(last_s=self._news_at_s, every_s=self.timing.report_s, now_s=now_s):
             self._news_at_s = now_s
             self._due |= self._hear_no_news(odometry, now_s, map_from)
-        commands: list[Command] = []
+        plan, commands = self.plan, list[Command]()
         for robot in sorted(self._due):
             report = self.reported.said[robot]
-            if self.plan is not None and self.plan.lives.get(robot) == report.life:
-                commands += [Say(robot, piece) for piece in self.plan.pieces(robot)]
+            if plan is not None and robot in plan.members and plan.members[robot].life == report.life:
+                commands += [Say(robot, piece) for piece in plan.pieces(robot)]
             else:
                 commands.append(Say(robot, self._answer(robot, report, wants_map=robot in map_from)))
         self._due.clear()
