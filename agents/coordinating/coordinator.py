@@ -97,7 +97,8 @@ class Coordinator:
             commands += self._turns.repeat(now_s)
         elif self.phase is not Phase.FORMED:
             commands += self._go_on(fence, now_s)
-        return commands + self._telling.act(odometry, now_s, map_from=self._map_from)
+        awaited = self._awaited(now_s)
+        return commands + self._telling.act(odometry, now_s, awaited=awaited, map_from=self._map_from)
 
     # --- phases -------------------------------------------------------------------------------------
 
