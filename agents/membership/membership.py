@@ -5,8 +5,6 @@ Rule 1: the fence that the robot's own odometry tells decides everything: a newe
 Rule 2: messages count only in the epoch that its odometry tells; answers and formations only from its
         coordinator.
 Rule 3: coordinating is a role beside the state. A coordinator reports to itself as others do.
-Rule 4: a process that replaces a dead one first orders its body to stand. The order's number is higher than
-        all before.
 """
 
 from collections.abc import Iterable
@@ -31,15 +29,11 @@ from protocol.mission import Mission
 from protocol.timeline import ViewJoined, ViewLeft
 from protocol.wire.view import Answer, Formation, Plea, Report, ViewMessage
 
-LATE_S = 5.0  # with half of all odometry lost, a robot that was there from the start has had some
-
 
 class Membership:
     """The state of one robot in views."""
 
-    def __init__(
-        self, robot: int, life: int, mission: Mission, driver: Driver, senses: Senses, *, again: bool
-    ) -> None:
+    def __init__(self, robot: int, life: int, mission: Mission, driver: Driver, senses: Senses) -> None:
         self._robot = robot
         self._life = life
         self._mission = mission
@@ -54,8 +48,6 @@ class Membership:
         self.coordinator: Coordinator | None = None
         self.fence = Fence()
         """The fence that its odometry tells."""
-        self._again = again
-        self._has_begun = False
         self._reporter = Reporter(Epoch(), life, mission, self._timing, self._memory, Past(), heard_at_s=0.0)
         self._joining = Joining(mission)
         self._turn: TurnTaker | None = None
@@ -74,16 +66,10 @@ class Membership:
 
     def enter(self, now_s: float) -> list[Command]:
         """New odometry has come: take in the fence that it tells."""
-        self.suspicion.live(now_s)  # from the first odometry on
-        if not self._has_begun:
-            self._has_begun = True
-            odometry = self._driver.odometry
-            if self._again or odometry.ordered > 0 or odometry.t_s > LATE_S:
-                self._driver.start_again()
-        elif self._driver.odometry.fence.key == self.fence.key:
+        before, fence = self.fence, self._driver.odometry.fence
+        if fence.key == before.key:
             return []
-        before, self.fence = self.fence, self._driver.odometry.fence
-        fence = self.fence
+        self.fence = fence
         if self._turn is not None:
             self._joining.release()
             if self._turn.has_moved:
