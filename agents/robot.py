@@ -4,6 +4,8 @@ Rule 1: whatever happens, the event is taken in, and then the robot does what it
         message costs time only: the next event finds the same state.
 Rule 2: every new odometry is answered with the newest drive order.
 Rule 3: its state in views decides what it does (`agents.membership.membership`).
+Rule 4: a process that replaces a dead one first orders its body to stand. The order's number is higher than
+        all before.
 """
 
 from collections.abc import Sequence
@@ -24,14 +26,17 @@ from protocol.process.tokens import TokenCame, TokenWent
 from protocol.wire.link import Link
 from protocol.wire.messages import AheadState, BehindState, Drive, Odometry
 
+LATE_S = 5.0  # with half of all odometry lost, a robot that was there from the start has had some
+
 
 class Robot:
     """The decisions of one robot."""
 
     def __init__(self, robot: int, mission: Mission, *, life: Life, again: bool = False) -> None:
+        self._again = again
         self._driver = Driver(speed_mps=mission.speed_mps, watched=mission.obstacles_move)
         self._senses = Senses(mission, self._driver)
-        self._membership = Membership(robot, life, mission, self._driver, self._senses, again=again)
+        self._membership = Membership(robot, life, mission, self._driver, self._senses)
 
     @property
     def awake(self) -> bool:
@@ -102,10 +107,12 @@ class Robot:
 
     def handle(self, event: Event, now_s: float) -> list[Command]:
         """Take in what happened; returns what is to be done, in order."""
+        before, begins = self._driver.drive, not self._driver.awake
+        is_new = isinstance(event, OdometryHeard) and self._driver.hear(event.odometry)
         if self._driver.awake:
             self._membership.suspicion.live(now_s)
-        before = self._driver.drive
-        is_new = isinstance(event, OdometryHeard) and self._driver.hear(event.odometry)
+            if begins:
+                self._begin(self._driver.odometry)
         commands = self._take_in(event, now_s, is_new=is_new)
         if not self._driver.awake:
             return commands
@@ -114,6 +121,11 @@ class Robot:
         if (is_new or changed) and self._driver.tells:
             commands.append(Order(self._driver.drive))
         return commands
+
+    def _begin(self, odometry: Odometry) -> None:
+        """Rule 4."""
+        if self._again or odometry.ordered > 0 or odometry.t_s > LATE_S:
+            self._driver.start_again()
 
     def _take_in(self, event: Event, now_s: float, *, is_new: bool) -> list[Command]:
         membership, presence = self._membership, self._membership.suspicion.presence

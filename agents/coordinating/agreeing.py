@@ -22,7 +22,7 @@ from protocol.mission import Mission
 from protocol.path import Path
 from protocol.timeline import RobotStranded
 from protocol.wire.codec import fits
-from protocol.wire.view import Counters, Formation
+from protocol.wire.view import STRANDED_MAX, Counters, Formation, Neighbour
 
 NO_WAY = "it finds no way to a place behind the others"
 NO_ROOM = "the strand has too many robots and corners for one message: make several fleets"
@@ -85,13 +85,15 @@ class Agreement:
     mission: Mission
     reports: Reports
     """Of the view, as they come in."""
+    had_turn: Mapping[int, int]
+    """The robots for which a turn was put, as they get one."""
 
     def drafted(self, order: Sequence[int], legs: Legs, *, turn: int) -> Plan:
         """The formation of a drafted strand; of its front, if a message can tell no more."""
         while True:
             laid = lay_path(order, places_of(self.reports), legs, self.mission.path_bounds)
-            plan = self._plan(tuple(order), laid, frozenset(legs).intersection(order[1:]), turn=turn)
-            if len(order) == 1 or (plan.path.end_m <= METRES_MAX and fits(plan.as_record())):
+            plan = self._plan(order, laid, frozenset(legs).intersection(order[1:]), turn=turn)
+            if len(order) == 1 or (laid[0].end_m <= METRES_MAX and fits(plan.as_record())):
                 return plan
             order = order[: -1 - len(order) // LEFT_OUT_PART]
 
@@ -167,24 +169,40 @@ class Agreement:
         return {robot} if reports[robot].map_number > reports[leader].map_number else frozenset()
 
     def _plan(
-        self, order: tuple[int, ...], laid: Laid, driven: Set[int], *, turn: int, back_by_m: float = 0.0
+        self, order: Sequence[int], laid: Laid, driven: Set[int], *, turn: int, back_by_m: float = 0.0
     ) -> Plan:
-        reports = self.reports
-        seen = [reports[robot].seen for robot in self.newer_map(order[0])]
-        return Plan(
-            epoch=self.epoch,
-            turn=turn,
-            order=order,
-            lives={robot: reports[robot].life for robot in order},
-            places={robot: reports[robot].place for robot in order},
-            path=laid[0],
-            places_m=laid[1],
-            driven=driven,
-            back_by_m=back_by_m,
-            counters=self.counters(),
-            heals=self.intent.heals,
-            led_by=self.intent.led_by,
-            map_number=max(report.map_number for report in reports.values()),
-            seen=seen[0] if seen else None,
-            sensed=self.mission.goal is None,
-        )
+        reports, (path, places_m) = self.reports, laid
+        vertices, counters = tuple(path), self.counters()
+        map_number = max(report.map_number for report in reports.values())
+        seen = next((reports[robot].seen for robot in self.newer_map(order[0])), None)
+        stranded = tuple(sorted((self.had_turn.keys() & reports.keys()) - {*order}))[:STRANDED_MAX]
+        neighbours = [
+            Neighbour(robot=robot, life=reports[robot].life, s_m=places_m[robot]) for robot in order
+        ]
+        beside = [None, *neighbours, None]
+        members = {
+            robot: Formation(
+                epoch=self.epoch,
+                life=reports[robot].life,
+                turn=turn,
+                members=len(order),
+                rank=rank,
+                s_m=places_m[robot],
+                place=reports[robot].place,
+                ahead=beside[rank],
+                behind=beside[rank + 2],
+                leg_is_driven=robot in driven,
+                back_by_m=back_by_m,
+                counters=counters,
+                heals=self.intent.heals,
+                led_by=self.intent.led_by,
+                stranded=stranded,
+                map_number=map_number,
+                seen=None if rank else seen,
+                first=0,
+                vertices=len(vertices),
+                path=vertices,
+            )
+            for rank, robot in enumerate(order)
+        }
+        return Plan(members, sensed=self.mission.goal is None)

@@ -61,9 +61,9 @@ class Coordinator:
         self._reports: dict[int, Report] = {}
         """Those that count."""
         self._reported = Reported(suspicion, mission.robots, self._reports, now_s)
-        self._agreement = Agreement(epoch, intent, mission, self._reports)
-        self._draft = Draft(mission, intent.cause)
         self._turns = Turns(Fence(epoch=epoch), timing, now_s)
+        self._agreement = Agreement(epoch, intent, mission, self._reports, self._turns.put_for)
+        self._draft = Draft(mission, intent.cause)
         self._telling = Telling(timing, self._reported, self._questions, self._turns, self._draft)
         self._no_room: set[int] = set()
         """Who had no turn, since no message can say where the strand ends."""
@@ -97,7 +97,8 @@ class Coordinator:
             commands += self._turns.repeat(now_s)
         elif self.phase is not Phase.FORMED:
             commands += self._go_on(fence, now_s)
-        return commands + self._telling.act(odometry, now_s, map_from=self._map_from)
+        awaited = self._awaited(now_s)
+        return commands + self._telling.act(odometry, now_s, awaited=awaited, map_from=self._map_from)
 
     # --- phases -------------------------------------------------------------------------------------
 

@@ -21,98 +21,64 @@ Rule 4 (safety): the path keeps the radius and e from the bounds, which no scan 
         A start is off it by e at most; in a corner by what 2 e leaves (`world/scenario/checks.py`).
 """
 
-from collections.abc import Mapping, Sequence, Set
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from msgspec.structs import replace
 
 from agents.coordinating.folding import Legs
 from protocol.arrays import places_xy
-from protocol.fence import Epoch
 from protocol.frames import Point, Pose
 from protocol.mission import Bounds
 from protocol.path import Path, straightened
 from protocol.timeline import StrandFormed
-from protocol.wire.view import PIECE_VERTICES_MAX, STRANDED_MAX, Counters, Formation, Neighbour, Seen
+from protocol.wire.view import PIECE_VERTICES_MAX, Formation
 
 Laid = tuple[Path, Mapping[int, float]]
 """A path, and each robot's arc length along it."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Plan:
     """What a view has agreed on."""
 
-    epoch: Epoch
-    turn: int
-    """Of its ALL."""
-    order: tuple[int, ...]
-    lives: Mapping[int, int]
-    places: Mapping[int, Pose]
-    path: Path
-    places_m: Mapping[int, float]
-    """Arc lengths of the places along the path."""
-    driven: Set[int]
-    """The robots whose leg the robot ahead has driven."""
-    back_by_m: float = 0.0
-    counters: Counters = field(default_factory=Counters)
-    heals: bool = False
-    led_by: int = 0
-    map_number: int = 0
-    seen: Seen | None = None
-    sensed: bool = False
-    stranded: tuple[int, ...] = ()
-    """The robots that have had a turn, and have no place."""
+    members: Mapping[int, Formation]
+    """What each member is told, leader first; not cut into pieces yet."""
+    sensed: bool
+
+    @property
+    def order(self) -> tuple[int, ...]:
+        """The members, leader first."""
+        return tuple(self.members)
 
     def pieces(self, robot: int) -> tuple[Formation, ...]:
         """Rule 2: what one member is told."""
-        rank = self.order.index(robot)
-        vertices = tuple(self.path)
+        whole = self.members[robot]
         return tuple(
-            Formation(
-                epoch=self.epoch,
-                life=self.lives[robot],
-                turn=self.turn,
-                members=len(self.order),
-                rank=rank,
-                s_m=self.places_m[robot],
-                place=self.places[robot],
-                ahead=self._neighbour(rank - 1),
-                behind=self._neighbour(rank + 1),
-                leg_is_driven=robot in self.driven,
-                back_by_m=self.back_by_m,
-                counters=self.counters,
-                heals=self.heals,
-                led_by=self.led_by,
-                stranded=self.stranded[:STRANDED_MAX],
-                map_number=self.map_number,
-                seen=self.seen if rank == 0 and first == 0 else None,
+            replace(
+                whole,
+                seen=None if first else whole.seen,
                 first=first,
-                vertices=len(vertices),
-                path=vertices[first : first + PIECE_VERTICES_MAX],
+                path=whole.path[first : first + PIECE_VERTICES_MAX],
             )
-            for first in range(0, len(vertices), PIECE_VERTICES_MAX)
+            for first in range(0, whole.vertices, PIECE_VERTICES_MAX)
         )
 
     def as_record(self) -> StrandFormed:
         """What the timeline tells of it."""
+        members = tuple(self.members.values())
         return StrandFormed(
-            epoch=self.epoch.number,
-            turn=self.turn,
+            epoch=members[0].epoch.number,
+            turn=members[0].turn,
             order=self.order,
-            lives=tuple(f"{self.lives[robot]:x}" for robot in self.order),
-            places_m=tuple(self.places_m[robot] for robot in self.order),
-            laid=tuple(Point(x_m=vertex.x_m, y_m=vertex.y_m) for vertex in self.path),
-            driven=tuple(robot in self.driven for robot in self.order),
-            back_by_m=self.back_by_m,
+            lives=tuple(f"{member.life:x}" for member in members),
+            places_m=tuple(member.s_m for member in members),
+            laid=tuple(Point(x_m=vertex.x_m, y_m=vertex.y_m) for vertex in members[0].path),
+            driven=tuple(member.leg_is_driven for member in members),
+            back_by_m=members[0].back_by_m,
             sensed=self.sensed,
         )
-
-    def _neighbour(self, rank: int) -> Neighbour | None:
-        if not 0 <= rank < len(self.order):
-            return None
-        robot = self.order[rank]
-        return Neighbour(robot=robot, life=self.lives[robot], s_m=self.places_m[robot])
 
 
 def lay_path(

@@ -1,13 +1,12 @@
 """What a coordinator tells the robots of its view: answers to reports, and news. Pure.
 
 Rule 1: each report is answered; once the formation is made, a robot that is in it is sent its pieces instead.
-Rule 2 (liveness): it does not wait for reports to answer, but repeats its news: a question until it is
-        answered; the end of the strand until the robot that has the turn moves; that a turn was put until its
-        robot tells a newer place; that a map is wanted until it comes; the formation for a short time.
+Rule 2 (liveness): it does not wait for reports to answer, but repeats its news: what is wanted of the robots
+        that the view waits for, except of one that drives in its turn; and the formation for a short time.
 """
 
 from collections.abc import Iterable, Set
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from agents.commands import Command, Say
 from agents.coordinating.draft import Draft
@@ -43,8 +42,7 @@ class Telling:
 
     def tell(self, plan: Plan, now_s: float) -> list[Command]:
         """The formation is made: send it to its members."""
-        stranded = (self.turns.put_for.keys() & self.reported.counted.keys()) - plan.lives.keys()
-        self.plan = plan = replace(plan, stranded=tuple(sorted(stranded)))
+        self.plan = plan
         self._made_s = self._news_at_s = now_s
         self._due.difference_update(plan.order)
         return [Say(robot, piece) for robot in plan.order for piece in plan.pieces(robot)]
@@ -58,31 +56,25 @@ class Telling:
         self._join = join
         self.ask({robot})
 
-    def act(self, odometry: Odometry, now_s: float, *, map_from: Set[int]) -> list[Command]:
+    def act(
+        self, odometry: Odometry, now_s: float, *, awaited: Set[int], map_from: Set[int]
+    ) -> list[Command]:
         """Answer all reports, and repeat news if it is time; `map_from`: whose map is wanted."""
         if is_due(last_s=self._news_at_s, every_s=self.timing.report_s, now_s=now_s):
             self._news_at_s = now_s
-            self._due |= self._hear_no_news(odometry, now_s, map_from)
-        commands: list[Command] = []
+            drives = {self.turns.holder} if odometry.stood_s < self.timing.put_s else set[int]()
+            self._due |= (awaited & self.reported.counted.keys()) - drives
+            if self.plan is not None and now_s - self._made_s <= NEWS_S:
+                self._due.update(self.plan.order)
+        plan, commands = self.plan, list[Command]()
         for robot in sorted(self._due):
             report = self.reported.said[robot]
-            if self.plan is not None and self.plan.lives.get(robot) == report.life:
-                commands += [Say(robot, piece) for piece in self.plan.pieces(robot)]
+            if plan is not None and robot in plan.members and plan.members[robot].life == report.life:
+                commands += [Say(robot, piece) for piece in plan.pieces(robot)]
             else:
                 commands.append(Say(robot, self._answer(robot, report, wants_map=robot in map_from)))
         self._due.clear()
         return commands
-
-    def _hear_no_news(self, odometry: Odometry, now_s: float, map_from: Set[int]) -> set[int]:
-        """Rule 2: the robots that may not have heard their news."""
-        counted = self.reported.counted
-        if self.plan is not None:
-            return set(self.plan.order) if now_s - self._made_s <= NEWS_S else set()
-        news = {robot for robot in counted if self.questions.pending(robot) is not None}
-        news |= self.reported.old(counted.keys(), self.turns) - {self.turns.holder}
-        if odometry.stood_s >= self.timing.put_s:
-            news |= {odometry.fence.robot} & counted.keys()
-        return news | {robot for robot in map_from if counted[robot].seen is None}
 
     def _answer(self, robot: int, report: Report, *, wants_map: bool) -> Answer:
         has_turn, strand = self.turns.holder == robot, self.draft.strand

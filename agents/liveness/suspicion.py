@@ -23,18 +23,6 @@ SUPPRESS = 0.75  # a loss adds 1: a robot is left out for 12 s, and for longer i
 
 
 @dataclass(slots=True)
-class Penalty:
-    """The penalty of one peer, at a time."""
-
-    value: float
-    at_s: float
-
-    def now(self, now_s: float) -> float:
-        """The value, decayed."""
-        return float(self.value * 0.5 ** ((now_s - self.at_s) / HALF_LIFE_S))
-
-
-@dataclass(slots=True)
 class Suspicion:
     """What one robot knows of who is there."""
 
@@ -42,7 +30,8 @@ class Suspicion:
     presence: Presence = field(default_factory=Presence)
     _lived_s: float | None = None
     _awake_since_s: float = -float("inf")
-    _penalties: dict[int, Penalty] = field(default_factory=dict)
+    _one_at_s: dict[int, float] = field(default_factory=dict)
+    """When each peer's penalty is 1, as it decays."""
 
     def live(self, now_s: float) -> None:
         """The robot's clock tells this time."""
@@ -84,10 +73,12 @@ class Suspicion:
 
     def blame(self, robot: int, now_s: float, *, penalty: float = 1.0) -> None:
         """Rule 3: a robot that shows a token has been lost by silence, or keeps the others waiting."""
-        before = self._penalties.get(robot)
-        value = penalty + (0.0 if before is None else before.now(now_s))
-        self._penalties[robot] = Penalty(value, now_s)
+        value = penalty + self._penalty(robot, now_s)
+        self._one_at_s[robot] = now_s + HALF_LIFE_S * math.log2(value)
 
     def suppressed(self, now_s: float) -> frozenset[int]:
         """Rule 3: whom this robot leaves out for now."""
-        return frozenset(robot for robot, penalty in self._penalties.items() if penalty.now(now_s) > SUPPRESS)
+        return frozenset(robot for robot in self._one_at_s if self._penalty(robot, now_s) > SUPPRESS)
+
+    def _penalty(self, robot: int, now_s: float) -> float:
+        return float(2.0 ** ((self._one_at_s.get(robot, -math.inf) - now_s) / HALF_LIFE_S))

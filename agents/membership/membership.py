@@ -1,12 +1,10 @@
 """One robot's part in views: its state, and what it does in each.
 
 Rule 1: the fence that the robot's own odometry tells decides everything: a newer epoch binds it, a turn that
-        names this life lets it join, ALL and its formation make it a member. `states` is the table.
+        names this life lets it join, ALL and its formation make it a member.
 Rule 2: messages count only in the epoch that its odometry tells; answers and formations only from its
         coordinator.
 Rule 3: coordinating is a role beside the state. A coordinator reports to itself as others do.
-Rule 4: a process that replaces a dead one first orders its body to stand. The order's number is higher than
-        all before.
 """
 
 from collections.abc import Iterable
@@ -22,7 +20,7 @@ from agents.membership.places import Past
 from agents.membership.pleas import Pleas
 from agents.membership.proposing import Proposing
 from agents.membership.reporting import Reporter
-from agents.membership.states import Happening, State, after
+from agents.membership.states import State
 from agents.membership.turn import TurnTaker
 from agents.strand.member import Member
 from agents.strand.memory import Memory
@@ -31,15 +29,11 @@ from protocol.mission import Mission
 from protocol.timeline import ViewJoined, ViewLeft
 from protocol.wire.view import Answer, Formation, Plea, Report, ViewMessage
 
-LATE_S = 5.0  # with half of all odometry lost, a robot that was there from the start has had some
-
 
 class Membership:
     """The state of one robot in views."""
 
-    def __init__(
-        self, robot: int, life: int, mission: Mission, driver: Driver, senses: Senses, *, again: bool
-    ) -> None:
+    def __init__(self, robot: int, life: int, mission: Mission, driver: Driver, senses: Senses) -> None:
         self._robot = robot
         self._life = life
         self._mission = mission
@@ -50,13 +44,10 @@ class Membership:
         self._pleas = Pleas(self._timing)
         self._proposing = Proposing(robot, life, self._timing, self.suspicion, self._pleas)
         self._memory = Memory(mission)
-        self.state = State.BOUND
         self.member: Member | None = None
         self.coordinator: Coordinator | None = None
         self.fence = Fence()
         """The fence that its odometry tells."""
-        self._again = again
-        self._has_begun = False
         self._reporter = Reporter(Epoch(), life, mission, self._timing, self._memory, Past(), heard_at_s=0.0)
         self._joining = Joining(mission)
         self._turn: TurnTaker | None = None
@@ -64,36 +55,31 @@ class Membership:
 
     # --- rule 1 -------------------------------------------------------------------------------------
 
+    @property
+    def state(self) -> State:
+        """What it does in this view."""
+        if self.member is not None:
+            return State.MEMBER
+        if self.fence.may is May.ONE and self.fence.names(self._robot, self._life):
+            return State.JOINING
+        return State.ASIDE if self._reporter.answer.out else State.BOUND
+
     def enter(self, now_s: float) -> list[Command]:
         """New odometry has come: take in the fence that it tells."""
-        self.suspicion.live(now_s)  # from the first odometry on
-        if not self._has_begun:
-            self._has_begun = True
-            odometry = self._driver.odometry
-            if self._again or odometry.ordered > 0 or odometry.t_s > LATE_S:
-                self._driver.start_again()
-        elif self._driver.odometry.fence.key == self.fence.key:
+        before, fence = self.fence, self._driver.odometry.fence
+        if fence.key == before.key:
             return []
-        before, self.fence = self.fence, self._driver.odometry.fence
-        fence = self.fence
+        self.fence = fence
         if self._turn is not None:
             self._joining.release()
             if self._turn.has_moved:
                 self._reporter.leave_places()
             self._turn = None
-        self._happen(Happening.NEWER_FENCE)
         self._proposing.enter(fence, now_s)
-        commands = self._bind(now_s) if fence.epoch != before.epoch else []
-        if fence.may is May.ONE and fence.names(self._robot, self._life):
-            self._happen(Happening.NAMED)
-        return commands
-
-    def _happen(self, happening: Happening) -> None:
-        self.state = after(self.state, happening)
+        return self._bind(now_s) if fence.epoch != before.epoch else []
 
     def _bind(self, now_s: float) -> list[Command]:
         """There is a newer epoch: leave whatever this robot is in."""
-        self._happen(Happening.NEWER_EPOCH)
         epoch, past, member = self.fence.epoch, self._reporter.past, self.member
         if member is not None:
             past = past.with_strand(member)
@@ -129,9 +115,9 @@ class Membership:
             case Answer(heard=0) if robot == self.fence.robot:
                 self._proposing.leader_answers(now_s)
             case Answer() if reporter is not None and said.life == self._life:
+                before = self.state
                 reporter.hear(said, number, now_s)
-                if said.out and self.state is State.BOUND:
-                    self._happen(Happening.LEFT_OUT)
+                if self.state is not before:
                     return [Note(ViewLeft(epoch=said.epoch.number))]
             case Formation() if reporter is not None and said.life == self._life:
                 reporter.hear_formation(said, now_s)
@@ -166,7 +152,6 @@ class Membership:
             return
         if (whole[0].rank == 0) is not (self.fence.robot == self._robot):
             return  # ALL names the leader: a coordinator that lies makes no second one
-        self._happen(Happening.FORMED)
         formation, path = whole
         self._pleas.note_stranded(formation.stranded, now_s)
         self.member = Member(

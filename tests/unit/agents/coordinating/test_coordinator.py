@@ -42,17 +42,20 @@ def test_a_view_names_the_robots_that_it_waits_for_in_each_phase_and_since_when(
     assert (view.fence.may, view.drafted.in_place, view.drafted.awaited) == (May.ALL, (1, 2, 3), set())
 
 
-def test_a_robot_is_told_that_a_turn_was_put_for_it_until_it_tells_a_newer_place() -> None:
+def test_robots_that_the_view_waits_for_are_told_that_they_had_a_turn_until_they_tell_a_newer_place() -> None:
     view = with_turns()
+    view.hear(3, report(3, BEHIND[3], number=4, turn=2, ended=2, placed=True))
+    view.act()
+    view.hear(4, report(4, START[4], number=4, turn=3, ended=3))
+    view.act(until_s=view.now_s + 0.2)
     view.answers.clear()
     view.act()
-    assert view.answers[2].after_turn == 1
-    assert 4 not in view.answers
-    view.hear(2, report(2, BEHIND[2], number=5, turn=2, ended=1, placed=True))
+    assert {robot: answer.after_turn for robot, answer in view.answers.items()} == {2: 1, 3: 2}
+    view.hear(2, report(2, BEHIND[2], number=5, turn=4, ended=1, placed=True))
     view.act()
     view.answers.clear()
     view.act()
-    assert 2 not in view.answers
+    assert view.answers.keys() == {3}
 
 
 def test_a_robot_that_reports_while_another_one_has_the_turn_gets_one_when_the_draft_has_begun_again() -> (

@@ -1,6 +1,5 @@
 """A formation: how it is made, told in pieces, and put together again by its members."""
 
-import dataclasses
 import math
 
 import msgspec
@@ -9,14 +8,24 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from agents.coordinating.agreeing import Agreement, Intent
 from agents.coordinating.formation import Plan, lay_path
 from agents.membership.assembly import Assembly, is_path
-from protocol.fence import GENERATIONS_MAX, Epoch
+from protocol.fence import GENERATIONS_MAX, Cause, Epoch
 from protocol.frames import COUNT_MAX, ROBOTS_MAX, VERTICES_MAX, Point, Pose, Vertex
 from protocol.path import Path
 from protocol.wire.codec import fits
-from protocol.wire.view import PIECE_VERTICES_MAX, SEEN_BYTES_MAX, Counters
+from protocol.wire.view import (
+    PIECE_VERTICES_MAX,
+    SEEN_BYTES_MAX,
+    STRANDED_MAX,
+    Counters,
+    Neighbour,
+    Report,
+)
+from tests.support.stages.one_step import under
 
+MISSION = under("certified", robots=3, goal=Point(x_m=5.0, y_m=0.0))
 EPOCH = Epoch(generation=4, robot=2, life=9)
 ORDER = (1, 2, 3)
 
@@ -29,25 +38,31 @@ def way(*places: tuple[float, float]) -> tuple[Point, ...]:
     return tuple(Point(x_m=x_m, y_m=y_m) for x_m, y_m in places)
 
 
-def plan(corners: int) -> Plan:
+def places(corners: int) -> dict[int, Pose]:
+    return {1: at(3.0 + 0.5 * corners, 0.0), 2: at(1.0, 0.0), 3: at(0.0, 0.0)}
+
+
+def plan(corners: int, *, map_of: int = 0) -> Plan:
     """A zigzag of so many corners between robots 2 and 1; robot 3 is the tail."""
-    zigzag = (Point(x_m=2.0 + 0.5 * n, y_m=float(n % 2)) for n in range(corners))
-    places = {1: at(3.0 + 0.5 * corners, 0.0), 2: at(1.0, 0.0), 3: at(0.0, 0.0)}
-    legs = {2: (Point(x_m=1.0, y_m=0.0), *zigzag, Point(x_m=places[1].x_m, y_m=0.0))}
-    path, places_m = lay_path(ORDER, places, legs)
-    return Plan(
-        epoch=EPOCH,
-        turn=3,
-        order=ORDER,
-        lives={robot: 100 + robot for robot in ORDER},
-        places=places,
-        path=path,
-        places_m=places_m,
-        driven=frozenset({2}),
-    )
+    zigzag = ((2.0 + 0.5 * n, float(n % 2)) for n in range(corners))
+    reports = {
+        robot: Report(
+            epoch=EPOCH,
+            life=100 + robot,
+            number=1,
+            turn=0,
+            place=place,
+            map_number=int(robot == map_of),
+            seen=b"map" if robot == map_of else None,
+        )
+        for robot, place in places(corners).items()
+    }
+    legs = {2: way((1.0, 0.0), *zigzag, (reports[1].place.x_m, 0.0))}
+    return Agreement(EPOCH, Intent(Cause.START), MISSION, reports, {}).drafted(ORDER, legs, turn=3)
 
 
-LONG = plan(3 * PIECE_VERTICES_MAX)
+CORNERS = 3 * PIECE_VERTICES_MAX
+LONG = plan(CORNERS)
 SHORT = plan(0)
 
 
@@ -93,22 +108,23 @@ def test_driven_legs_are_laid_where_they_were_and_not_through_bodies_that_stand_
 def test_the_largest_piece_of_the_largest_fleet_fits() -> None:
     far, life = -0.1234567890123456, 2**64 - 1
     place = Pose(x_m=far, y_m=far, heading_rad=far)
+    beside = Neighbour(robot=ROBOTS_MAX, life=life, s_m=-far)
     largest = replace(
-        dataclasses.replace(
-            LONG,
-            epoch=Epoch(generation=GENERATIONS_MAX, robot=ROBOTS_MAX, life=life),
-            lives=dict.fromkeys(ORDER, life),
-            places=dict.fromkeys(ORDER, place),
-            counters=Counters(
-                steps=COUNT_MAX,
-                in_vain=COUNT_MAX,
-                heals=COUNT_MAX,
-                last_to_lead=tuple(range(1, ROBOTS_MAX + 1)),
-            ),
-            stranded=tuple(range(4, ROBOTS_MAX + 1)),
-            map_number=COUNT_MAX,
-            seen=bytes(SEEN_BYTES_MAX),
-        ).pieces(1)[0],
+        LONG.pieces(1)[0],
+        epoch=Epoch(generation=GENERATIONS_MAX, robot=ROBOTS_MAX, life=life),
+        life=life,
+        place=place,
+        ahead=beside,
+        behind=beside,
+        counters=Counters(
+            steps=COUNT_MAX,
+            in_vain=COUNT_MAX,
+            heals=COUNT_MAX,
+            last_to_lead=tuple(range(1, ROBOTS_MAX + 1)),
+        ),
+        stranded=tuple(range(ROBOTS_MAX - STRANDED_MAX, ROBOTS_MAX)),
+        map_number=COUNT_MAX,
+        seen=bytes(SEEN_BYTES_MAX),
         path=(Vertex(x_m=far, y_m=far, s_m=-far),) * PIECE_VERTICES_MAX,
     )
     assert fits(largest)
@@ -117,18 +133,18 @@ def test_the_largest_piece_of_the_largest_fleet_fits() -> None:
 @pytest.mark.parametrize("robot", ORDER)
 def test_a_member_is_told_the_whole_path_and_of_robots_only_its_neighbours(robot: int) -> None:
     pieces = LONG.pieces(robot)
-    assert len(pieces) == math.ceil(len(LONG.path) / PIECE_VERTICES_MAX) > 2
-    assert [vertex for piece in pieces for vertex in piece.path] == list(LONG.path)
+    assert len(pieces) == math.ceil(len(LONG.members[1].path) / PIECE_VERTICES_MAX) > 2
+    assert [vertex for piece in pieces for vertex in piece.path] == [*LONG.members[1].path]
     first = pieces[0]
     assert (first.rank, first.members, first.life, first.place) == (
         robot - 1,
         3,
         100 + robot,
-        LONG.places[robot],
+        places(CORNERS)[robot],
     )
     beside = {each.robot: (each.life, each.s_m) for each in (first.ahead, first.behind) if each is not None}
     neighbours = {other for other in ORDER if abs(other - robot) == 1}
-    assert beside == {other: (100 + other, LONG.places_m[other]) for other in neighbours}
+    assert beside == {other: (100 + other, LONG.members[other].s_m) for other in neighbours}
 
 
 def test_a_formation_is_told_again_byte_for_byte() -> None:
@@ -137,28 +153,18 @@ def test_a_formation_is_told_again_byte_for_byte() -> None:
 
 
 def test_only_the_leader_is_told_the_map_and_only_once() -> None:
-    plan_ = Plan(
-        epoch=EPOCH,
-        turn=3,
-        order=ORDER,
-        lives=LONG.lives,
-        places=LONG.places,
-        path=LONG.path,
-        places_m=LONG.places_m,
-        driven=LONG.driven,
-        seen=b"map",
-    )
-    told = [[piece.seen for piece in plan_.pieces(robot)] for robot in ORDER]
+    told = [[piece.seen for piece in plan(CORNERS, map_of=3).pieces(robot)] for robot in ORDER]
+    assert len(told[0]) > 2
     assert [seen.count(b"map") for seen in told] == [1, 0, 0]
 
 
 def test_the_record_tells_what_all_members_are_told() -> None:
     record = LONG.as_record()
     assert (record.epoch, record.turn, record.order) == (EPOCH.number, 3, ORDER)
-    assert record.places_m == tuple(LONG.places_m[robot] for robot in ORDER)
-    assert record.lives == tuple(f"{LONG.lives[robot]:x}" for robot in ORDER)
+    assert record.places_m == tuple(LONG.members[robot].s_m for robot in ORDER)
+    assert record.lives == ("65", "66", "67")
     assert record.driven == (False, True, False)
-    assert [(point.x_m, point.y_m) for point in record.laid] == [(v.x_m, v.y_m) for v in LONG.path]
+    assert [(point.x_m, point.y_m) for point in record.laid] == [(v.x_m, v.y_m) for v in LONG.members[1].path]
 
 
 # --- putting together -------------------------------------------------------------------------------
@@ -177,7 +183,7 @@ def test_pieces_in_any_order_lost_and_repeated_make_the_formation_when_all_are_t
     if assembly.whole is not None:
         formation, path = assembly.whole
         assert formation == pieces[0]
-        assert list(path) == list(LONG.path)
+        assert list(path) == [*LONG.members[1].path]
 
 
 def test_arc_lengths_are_used_as_they_are_told_and_not_computed_again() -> None:
