@@ -14,7 +14,7 @@ PATIENCE_S = 10.0  # in a turn, where obstacles move: as long as with a way in t
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Timing:
-    """The times of one fleet [s]; its unit test names what must hold between them."""
+    """The times of one fleet [s]; `relations` names what must hold between them."""
 
     report_s: float = 0.1
     """A report is repeated until it is answered: with every odometry."""
@@ -80,3 +80,25 @@ class Timing:
             reports_s=times * self.reports_s,
             looks_s=min(times * self.looks_s, self.stood_s / 2.0),
         )
+
+    def __post_init__(self) -> None:
+        for name, holds in self.relations().items():
+            if not holds:
+                raise ValueError(f"times do not fit together: {name}")
+
+    def relations(self) -> dict[str, bool]:
+        """What must hold, by name."""
+        return {
+            "three pings in a row are lost before a coordinator is": self.coordinator_s >= 3.0 * self.ping_s,
+            "a robot that cannot hear the coordinator is left out before it raises": self.reports_s
+            < self.coordinator_s,
+            "a report is tried several times before it is waited for in vain": self.reports_s
+            >= 5.0 * self.report_s,
+            "a put is seen before it is repeated": self.put_s >= ODOMETRY_S,
+            "a stuck turn is taken back before the coordinator is given up": self.turn_s <= self.stood_s,
+            "a robot that is patient in its turn is not taken for a stuck one": self.turn_s > PATIENCE_S,
+            "who has slept listens for longer than it slept": self.listens_s > self.gap_s,
+            "a silent robot is given up before all that wait are": self.silent_s < self.stood_s,
+            "nobody is given up for a pause in which all wait": self.comes_back_s < self.stood_s,
+            "a raise is seen before most others are made": 2.0 * self.draws_s >= ODOMETRY_S,
+        }

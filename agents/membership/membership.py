@@ -1,7 +1,7 @@
 """One robot's part in views: its state, and what it does in each.
 
 Rule 1: the fence that the robot's own odometry tells decides everything: a newer epoch binds it, a turn that
-        names this life lets it join, ALL and its formation make it a member.
+        names this life lets it join, ALL and its formation make it a member. `states` is the table.
 Rule 2: messages count only in the epoch that its odometry tells; answers and formations only from its
         coordinator.
 Rule 3: coordinating is a role beside the state. A coordinator reports to itself as others do.
@@ -20,7 +20,7 @@ from agents.membership.places import Past
 from agents.membership.pleas import Pleas
 from agents.membership.proposing import Proposing
 from agents.membership.reporting import Reporter
-from agents.membership.states import State
+from agents.membership.states import Happening, State, after
 from agents.membership.turn import TurnTaker
 from agents.strand.member import Member
 from agents.strand.memory import Memory
@@ -44,6 +44,7 @@ class Membership:
         self._pleas = Pleas(self._timing)
         self._proposing = Proposing(robot, life, self._timing, self.suspicion, self._pleas)
         self._memory = Memory(mission)
+        self.state = State.BOUND
         self.member: Member | None = None
         self.coordinator: Coordinator | None = None
         self.fence = Fence()
@@ -54,15 +55,6 @@ class Membership:
         self._own_number = 0
 
     # --- rule 1 -------------------------------------------------------------------------------------
-
-    @property
-    def state(self) -> State:
-        """What it does in this view."""
-        if self.member is not None:
-            return State.MEMBER
-        if self.fence.may is May.ONE and self.fence.names(self._robot, self._life):
-            return State.JOINING
-        return State.ASIDE if self._reporter.answer.out else State.BOUND
 
     def enter(self, now_s: float) -> list[Command]:
         """New odometry has come: take in the fence that it tells."""
@@ -75,11 +67,19 @@ class Membership:
             if self._turn.has_moved:
                 self._reporter.leave_places()
             self._turn = None
+        self._happen(Happening.NEWER_FENCE)
         self._proposing.enter(fence, now_s)
-        return self._bind(now_s) if fence.epoch != before.epoch else []
+        commands = self._bind(now_s) if fence.epoch != before.epoch else []
+        if fence.may is May.ONE and fence.names(self._robot, self._life):
+            self._happen(Happening.NAMED)
+        return commands
+
+    def _happen(self, happening: Happening) -> None:
+        self.state = after(self.state, happening)
 
     def _bind(self, now_s: float) -> list[Command]:
         """There is a newer epoch: leave whatever this robot is in."""
+        self._happen(Happening.NEWER_EPOCH)
         epoch, past, member = self.fence.epoch, self._reporter.past, self.member
         if member is not None:
             past = past.with_strand(member)
@@ -115,9 +115,9 @@ class Membership:
             case Answer(heard=0) if robot == self.fence.robot:
                 self._proposing.leader_answers(now_s)
             case Answer() if reporter is not None and said.life == self._life:
-                before = self.state
                 reporter.hear(said, number, now_s)
-                if self.state is not before:
+                if said.out and self.state is State.BOUND:
+                    self._happen(Happening.LEFT_OUT)
                     return [Note(ViewLeft(epoch=said.epoch.number))]
             case Formation() if reporter is not None and said.life == self._life:
                 reporter.hear_formation(said, now_s)
@@ -152,6 +152,7 @@ class Membership:
             return
         if (whole[0].rank == 0) is not (self.fence.robot == self._robot):
             return  # ALL names the leader: a coordinator that lies makes no second one
+        self._happen(Happening.FORMED)
         formation, path = whole
         self._pleas.note_stranded(formation.stranded, now_s)
         self.member = Member(

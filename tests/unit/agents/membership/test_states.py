@@ -1,45 +1,35 @@
-"""What decides the state of a robot: the fence, its coordinator's answers, and its formation."""
+"""The four states: every pair of a state and a happening."""
 
-from agents.membership.states import State
-from clew.explore.setting import SCATTERED
-from protocol.fence import May
-from protocol.wire.view import Answer
-from tests.support.stages.view_stage import ViewStage, of
+import itertools
 
+import pytest
 
-def states(stage: ViewStage) -> dict[int, State]:
-    return {robot: process.robot.state for robot, process in stage.processes.items()}
+from agents.membership.states import TRANSITIONS, Happening, State, after
 
-
-def test_a_robot_joins_just_while_a_turn_names_it_and_is_a_member_only_under_all() -> None:
-    stage, seen = ViewStage.begun(SCATTERED), set[State]()
-
-    def formed() -> bool:
-        for robot, process in stage.processes.items():
-            fence, state = process.robot.fence, process.robot.state
-            seen.add(state)
-            assert (state is State.JOINING) is (fence.may is May.ONE and fence.robot == robot)
-            assert state is not State.MEMBER or fence.may is May.ALL
-        return set(states(stage).values()) == {State.MEMBER}
-
-    stage.run(formed)
-    assert seen == {State.BOUND, State.JOINING, State.MEMBER}
+CHANGES = {
+    (State.BOUND, Happening.NEWER_EPOCH): State.BOUND,
+    (State.JOINING, Happening.NEWER_EPOCH): State.BOUND,
+    (State.MEMBER, Happening.NEWER_EPOCH): State.BOUND,
+    (State.ASIDE, Happening.NEWER_EPOCH): State.BOUND,
+    (State.BOUND, Happening.NAMED): State.JOINING,
+    (State.JOINING, Happening.NEWER_FENCE): State.BOUND,
+    (State.BOUND, Happening.FORMED): State.MEMBER,
+    (State.BOUND, Happening.LEFT_OUT): State.ASIDE,
+}
+"""From the design, not from the code."""
 
 
-def test_a_turn_that_names_another_life_of_a_robot_lets_this_one_not_join() -> None:
-    stage = ViewStage.begun(SCATTERED)
-    stage.run(lambda: State.JOINING in states(stage).values())
-    robot = stage.fence.robot
-    stage.replace(robot)
-    stage.run(lambda: stage.processes[robot].told is not None)
-    assert (stage.fence.robot, states(stage)[robot]) == (robot, State.BOUND)
+@pytest.mark.parametrize(("state", "happening"), list(itertools.product(State, Happening)))
+def test_every_pair_goes_where_the_design_says_or_changes_nothing(state: State, happening: Happening) -> None:
+    assert after(state, happening) is CHANGES.get((state, happening), state)
 
 
-def test_a_robot_that_is_left_out_stands_aside_until_a_newer_epoch() -> None:
-    stage = ViewStage.driving()
-    stage.replace(3)
-    stage.run(lambda: states(stage)[3] is State.ASIDE)
-    stage.lose(of(Answer, receiver=3))
-    epoch = stage.fence.epoch
-    stage.run(lambda: stage.processes[3].robot.fence.epoch != epoch, s_max=30.0)
-    assert states(stage)[3] is State.BOUND
+def test_only_a_newer_epoch_ends_a_members_or_an_outsiders_state() -> None:
+    for state in (State.MEMBER, State.ASIDE):
+        assert [happening for happening in Happening if after(state, happening) is not state] == [
+            Happening.NEWER_EPOCH
+        ]
+
+
+def test_the_table_names_no_change_that_is_none() -> None:
+    assert set(TRANSITIONS) == set(CHANGES)
