@@ -5,7 +5,8 @@ Rule 1: if the leader has another way from a place between it and the tail, past
         much of the path as they do now.
 Rule 2: if it has none, no robot ahead of the tail leads out: the tail leads, from where it stands, and need
         not take again each turn that the strand has taken. If the map shows no way from there, as in a
-        corridor that barely fits, the strand backs up to where it shows one.
+        corridor that barely fits, the strand backs up to where it shows one. It also does after an attempt
+        in vain: the map may show the tail a way that it has already been refused.
 Rule 3: where the tail cannot come back far enough, its leader steps away on the shortest way that lets it.
 Rule 4: a step after which no more can be granted makes no room. After `ROOM_STEPS_MAX` of them it gives up.
 Rule 5: a strand that backs up takes along only as much of the path as its leader needs. A robot grants no
@@ -32,7 +33,9 @@ PLACES_APART_KEEPS = 1.0  # how fine the path is searched, in least distances of
 ROOM_STEPS_MAX = 5  # some steps round a hairpin free no ground behind; steps to and fro never do
 
 
-def way_back_m(ground: Ground, keep_m: float, reachable: Callable[[Floats, Floats], bool]) -> float | None:
+def way_back_m(
+    ground: Ground, keep_m: float, reachable: Callable[[Floats, Floats], bool], *, tail_may_lead: bool
+) -> float | None:
     """An arc length from which the leader has another way (rule 1); None: the tail leads (rule 2).
 
     It is one place short of the farthest, from where the certificate may refuse what the map shows.
@@ -43,6 +46,7 @@ def way_back_m(ground: Ground, keep_m: float, reachable: Callable[[Floats, Float
         ground: the strand behind the leader, which stands at the path's end.
         keep_m: least distance of a centre from an obstacle.
         reachable: whether the goal can be reached from a place (2,), with so much ground taken (n, 2).
+        tail_may_lead: whether the strand has made no attempt in vain since it last advanced.
     """
     path, tail_m, end_m = ground.path, ground.tail_m, ground.path.end_m
     places_m = np.append(np.arange(0.0, end_m, PLACES_APART_KEEPS * keep_m), end_m)
@@ -55,7 +59,7 @@ def way_back_m(ground: Ground, keep_m: float, reachable: Callable[[Floats, Float
         middle = (good + bad) // 2
         good, bad = (middle, bad) if reaches(middle) else (good, middle)
     back_to_m = float(places_m[max(good - 1, 0)])
-    if back_to_m <= tail_m and reachable(xy(path.at(tail_m)), ground.taken_from_tail):
+    if tail_may_lead and back_to_m <= tail_m and reachable(xy(path.at(tail_m)), ground.taken_from_tail):
         return None
     return back_to_m
 

@@ -94,6 +94,7 @@ class Leader:
         self._forgot = False
         """Whether the map was cleared in that epoch."""
         self._may_forget = True
+        self._tail_may_lead = True
         self._room = Room(mission)
         self.onward: tuple[Place, ...] = ()
         """The way on from the end of the newest step, which robots behind have to leave free (rule 8)."""
@@ -148,6 +149,7 @@ class Leader:
         bodies_may_move: bool = False,
         may_forget: bool = True,
         all_stand: bool = False,
+        tail_may_lead: bool = True,
     ) -> Plan:
         """The next switching step from a scan, as a timeline entry; or why there is none.
 
@@ -159,9 +161,11 @@ class Leader:
             bodies_may_move: whether a body in the way may move away again, from now on.
             may_forget: whether the map may be cleared (rule 5).
             all_stand: whether what was in the way has not gone for a while.
+            tail_may_lead: whether the tail may lead out of a dead end from where it stands.
         """
         self._bodies_may_move |= bodies_may_move
         self._may_forget = may_forget
+        self._tail_may_lead = tail_may_lead
         self.onward = ()
         if self._visited.epoch != epoch:
             self._visited, self._forgot = Visited(epoch), False
@@ -333,7 +337,9 @@ class Leader:
             return self._no_way(NO_WAY.reason)
         if not settled:
             return Wait()
-        return DeadEnd(way_back_m(ground, self._mission.obstacle_keep_m, reachable))
+        return DeadEnd(
+            way_back_m(ground, self._mission.obstacle_keep_m, reachable, tail_may_lead=self._tail_may_lead)
+        )
 
     def _no_way(self, reason: str) -> NoStep:
         """Report that no way is left. Where obstacles move, refused spots may be free at the next scan.

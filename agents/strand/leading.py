@@ -182,6 +182,7 @@ class Leading:
             settled=strand.quiet_s >= SETTLED_S,
             bodies_may_move=self._has_lost_some,
             may_forget=room_m is not None or not strand.tries_leaders,
+            tail_may_lead=strand.counters.in_vain == 0,
             all_stand=now_s - self._stuck_at_s >= STANDS_S,
         )
         if room_m is not None and isinstance(planned, DeadEnd) and leader.has_forgotten:

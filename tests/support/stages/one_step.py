@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from msgspec.structs import replace
@@ -94,10 +95,12 @@ def plan(
     *,
     at: Pose = ORIGIN,
     settled: bool = True,
+    tail_may_lead: bool = True,
 ) -> Plan:
     """The leader's plan among these shapes; it may scan again for a closer look."""
     seen = look_around(shapes, mission, at)
-    while isinstance(planned := leader.plan(seen, ground, epoch=1, settled=settled), LookCloser):
+    ask = partial(leader.plan, ground=ground, epoch=1, settled=settled, tail_may_lead=tail_may_lead)
+    while isinstance(planned := ask(seen), LookCloser):
         seen = look_around(shapes, mission, at, revolutions=closer(mission, len(seen.ranges_m)) or 1)
     return planned
 

@@ -101,6 +101,8 @@ def test_if_only_the_strand_is_in_the_way_the_leader_waits_then_turns_it_round()
         for settled in (False, True)
     ]
     assert answers == [Wait(), DeadEnd(back_to_m=None)]
+    in_vain = plan(Leader(mission, ORIGIN), corridor, mission, queue_behind(), tail_may_lead=False)
+    assert in_vain == DeadEnd(back_to_m=0.0), "the tail may have tried its way already"
 
 
 def test_if_its_way_on_begins_between_it_and_the_tail_the_strand_backs_up_until_it_stands_there() -> None:
