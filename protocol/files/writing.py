@@ -97,7 +97,7 @@ def check_ours(path: Path, mark: bytes) -> None:
     except (FileNotFoundError, NotADirectoryError):
         return
     except OSError as error:
-        raise UsageError(f"cannot write {path}: it is there, and cannot be read: {error.strerror}") from error
+        raise UsageError(f"cannot write {path}: {error.strerror}") from error
     if ends and mark not in ends:
         raise would_be_lost(path)
 
