@@ -3,7 +3,7 @@
 from msgspec.structs import replace
 
 from agents.commands import Put, Say
-from agents.coordinating.agreeing import Intent
+from agents.coordinating.agreeing import Intent, Turning
 from agents.coordinating.coordinator import Coordinator
 from agents.coordinating.draft import Drafted
 from agents.liveness.suspicion import Suspicion
@@ -31,7 +31,7 @@ def report(robot: int, at: tuple[float, float], *, look: Look | None = None, **s
 class View:
     """A coordinator, and the fence that it puts."""
 
-    def __init__(self, cause: Cause = Cause.START) -> None:
+    def __init__(self, cause: Cause = Cause.START, *, turning: Turning | None = None) -> None:
         self.suspicion = Suspicion(TIMING)
         for robot in (0, *START):
             self.suspicion.presence.come(robot, "a", 0.0)
@@ -43,7 +43,7 @@ class View:
             mission=MISSION,
             timing=TIMING,
             suspicion=self.suspicion,
-            intent=Intent(cause),
+            intent=Intent(cause, turning=turning),
             now_s=self.now_s,
         )
 

@@ -3,13 +3,16 @@
 from dataclasses import replace
 
 import pytest
+from msgspec.structs import replace as changed
 
 from agents.coordinating.agreeing import Turning
 from agents.liveness.reason import Turnabout
-from protocol.fence import Epoch
+from protocol.fence import Cause, Epoch, May
 from protocol.frames import Point, Pose
 from protocol.path import Path
 from protocol.wire.view import Formation, Former, Report
+from tests.support.stages import coordinated
+from tests.support.stages.coordinated import BEGAN_S, START, TIMING, View
 
 ENDED = Epoch(generation=2, robot=1, life=5)
 VIEW = Epoch(generation=3, robot=1, life=5)
@@ -115,3 +118,28 @@ def test_a_robot_that_was_not_in_it_does_not_keep_the_strand_from_turning_round(
     turned = TURNING.turned(there)
     assert turned is not None
     assert turned[0] == (3, 2, 1)
+
+
+def test_no_strand_turns_round_in_a_view_in_which_a_robot_has_had_a_turn() -> None:
+    """Former places count only where nobody has moved since: here all still tell theirs after a turn."""
+    view = View(Cause.DEAD_END, turning=TURNING)
+
+    def tell(robot: int, number: int, turn: int, *, ended: int = 0) -> None:
+        said = coordinated.report(robot, START[robot], number=number, turn=turn, ended=ended)
+        formers = reports()[robot].formers if robot in AT_M else ()
+        view.hear(robot, changed(said, formers=formers))
+
+    for robot in (1, 2, 4):
+        tell(robot, 1, 0)
+    view.act(until_s=BEGAN_S + TIMING.reports_s + 0.1)
+    view.look()
+    view.act()
+    assert (view.fence.may, view.fence.robot) == (May.ONE, 2)
+    tell(3, 1, 1)
+    tell(2, 4, 1, ended=1)
+    view.act()
+    for robot in START:
+        tell(robot, 5, 2)
+    view.act()
+    assert (view.fence.may, view.fence.turn) == (May.NOBODY, 2)
+    assert set(view.drafted.order) == {*START}

@@ -151,6 +151,20 @@ def test_a_robot_that_does_not_stand_at_its_place_does_nothing_but_want_a_view(
     assert (stage.parts[1].driver.drive.target is not None) is fits
 
 
+@pytest.mark.parametrize(("off_m", "plans"), [(0.9 * MISSION.mu0_m, True), (1.1 * MISSION.mu0_m, False)])
+def test_a_leader_that_stands_off_the_end_of_its_path_asks_for_no_scan_but_wants_a_view(
+    off_m: float, *, plans: bool
+) -> None:
+    stage = queue(shapes=[])
+    *others, end = (Point(x_m=each.x_m, y_m=each.y_m) for each in stage.leader.path)
+    path = Path([*others, replace(end, y_m=end.y_m + off_m)])
+    member = stage.join(1, stage.leader.formation, path)
+    commands = stage.wake(1)
+    assert any(isinstance(each, AskScan) for each in commands) is plans
+    assert (member.reason is None) is plans
+    assert plans or (member.reason is not None and member.reason.cause is Cause.MISFIT)
+
+
 @pytest.mark.parametrize(("off_m", "granted"), [(-0.9 * MISSION.mu0_m, False), (0.02, True)])
 def test_a_leader_that_began_too_near_to_something_grants_nothing(off_m: float, *, granted: bool) -> None:
     """Rule 5 of `leading.py`: when it has gone on, it wants a view, in which others find their own places."""
