@@ -19,11 +19,11 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from agents.commands import AskScan, Command, Note, Order, Put, Say, Tell
-from agents.events import Event, LinkHeard, OdometryHeard, ScanHeard, TokensWatched, ViewHeard
-from agents.process.addresses import ALL_ALIVE
+from agents.events import Event
 from agents.process.asking import Asking
 from agents.process.endless_law import watch_law
 from agents.process.failure import failed
+from agents.process.hearing import event_for, heard, listed, tokens_of
 from agents.process.journal import Given, Head, Journal, decided, open_journal
 from agents.process.points import is_plan
 from agents.process.victim import Victim
@@ -33,7 +33,7 @@ from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.process_faults import ProcessFault
 from protocol.fence import LIFE_BITS
-from protocol.keys import WORLD, WORLD_NUMBER, Keys, robot_name, robot_number
+from protocol.keys import WORLD, WORLD_NUMBER, robot_name, robot_number
 from protocol.laws import find
 from protocol.mission import Mission, start_wall_s
 from protocol.network.faulty_transport import Conditions, FaultyTransport
@@ -46,16 +46,12 @@ from protocol.network.zenoh_transport import open_transport
 from protocol.process.tokens import TokenCame, TokenWent
 from protocol.timeline import MessageRefused, Record, RobotFailed, RobotSettled, RobotStarted, TrafficCounted
 from protocol.wire.messages import (
-    AheadState,
     Ask,
-    BehindState,
     Logged,
     Odometry,
     Phase,
-    Scan,
     ScanQuery,
 )
-from protocol.wire.view import Answer, Formation, Plea, Report
 
 TURN_S = 0.1  # wall: the period of the outbox when nothing arrives
 TURN_S_PER_ROBOT = 0.001  # a thousand robots that wait cost as much as a hundred
@@ -105,17 +101,6 @@ async def run(
         head = Head(robot=robot, incarnation=incarnation, mission=mission, life=life_number, again=again)
         core = Robot(robot, mission, life=life_number, again=again)
         return await shell.run(core, open_journal(inputs, head, size_bytes_max=session.inputs_bytes_max))
-
-
-def heard(keys: Keys, name: str) -> list[str]:
-    """All that a robot listens to, but for tokens."""
-    return [
-        keys.link("*", name),
-        keys.view("*", name),
-        keys.odometry(name),
-        keys.logged(name),
-        keys.fault(name),
-    ]
 
 
 class Shell:
@@ -196,7 +181,7 @@ class Shell:
     async def run(self, robot: Robot, journal: Journal) -> ExitCode:
         """Give events to the robot and execute its commands, until the world closes the run."""
         self._watch(robot.watches)
-        none = _listed(frozenset({beside(self._robot)}))
+        none = listed(frozenset({beside(self._robot)}))
         await self._obey(none.event, await self._decided(robot, none, journal))
         while self._phase is Phase.RUNNING:
             self._flush()
@@ -282,17 +267,16 @@ class Shell:
 
     def _hear_world(self, arrivals: Sequence[Arrival]) -> None:
         for arrival in arrivals:
-            match arrival:
-                case Heard(key, message=Odometry() as odometry) if key == self._odometry_key:
-                    self._now_s = max(self._now_s, odometry.t_s)
-                    self._phase = self._phase.later(odometry.phase)
+            if isinstance(arrival, Heard):
+                message = arrival.message
+                if isinstance(message, Odometry) and arrival.key == self._odometry_key:
+                    self._now_s = max(self._now_s, message.t_s)
+                    self._phase = self._phase.later(message.phase)
                     self._world_silent_s, self._patience_s = 0.0, WORLD_SILENCE_S
-                case Heard(key, message=Logged() as logged) if key == self._logged_key:
-                    self._outbox.acknowledged(logged)
-                case Refused(key, reason):
-                    self._note(MessageRefused(key=self._keys.behind_root(key), reason=reason))
-                case _:
-                    pass  # for the robot, or for no one: a robot answers no queries
+                elif isinstance(message, Logged) and arrival.key == self._logged_key:
+                    self._outbox.acknowledged(message)
+            elif isinstance(arrival, Refused):
+                self._note(MessageRefused(key=self._keys.behind_root(arrival.key), reason=arrival.reason))
 
     def _events(self, arrivals: Sequence[Arrival]) -> list[Given]:
         """The robot's events among the arrivals, in order, with only the newest odometry (rule 1)."""
@@ -300,10 +284,10 @@ class Shell:
         events: list[Given] = []
         for arrival in arrivals:
             match arrival:
-                case Heard(key, number):
-                    path = keys.behind_root(key)
-                    if (event := _event(path.split("/"), name, arrival, now_s)) is not None:
-                        events.append(Given(event, path, number))
+                case Heard():
+                    path = keys.behind_root(arrival.key)
+                    if (event := event_for(name, path, arrival, now_s)) is not None:
+                        events.append(Given(event, path, arrival.number))
                 case Appeared(key) | Vanished(key):
                     source = keys.part(key, 1)
                     robot = WORLD_NUMBER if source == WORLD else robot_number(source)
@@ -312,7 +296,7 @@ class Shell:
                         token = came_or_went(robot, keys.part(key, 2))
                         events.append(Given(token, keys.behind_root(key), 0))
                 case Listed():
-                    events.append(_listed(self._watched))
+                    events.append(listed(self._watched))
                 case _:
                     pass  # a robot answers no queries; refused messages have been recorded
         return at_once(events)
@@ -349,7 +333,7 @@ class Shell:
         self._flush()
 
     def _flush(self) -> None:
-        while (batch := self._outbox.batch(time.monotonic())) is not None:
+        while len(self._outbox) and (batch := self._outbox.batch(time.monotonic())) is not None:
             self._transport.put(self._keys.log(self._name), batch)
 
     def _counted(self) -> TrafficCounted:
@@ -357,33 +341,3 @@ class Shell:
         apart = (self._keys.log(self._name), self._logged_key)
         traffic, lost = self._transport.traffic, self._outbox.lost_count
         return traffic.counted(self._keys.behind_root, apart=apart, unrecorded=lost)
-
-
-def tokens_of(keys: Keys, robots: frozenset[int] | None) -> list[str]:
-    """The patterns of the tokens of these robots and the world; None: of all."""
-    if robots is None:
-        return [keys.tokens_of("*")]
-    return [keys.tokens_of(WORLD), *(keys.tokens_of(robot_name(each)) for each in sorted(robots))]
-
-
-def _listed(robots: frozenset[int] | None) -> Given:
-    """The tokens that are watched have come."""
-    watched = TokensWatched(None if robots is None else tuple(sorted(robots)))
-    return Given(watched, ALL_ALIVE, 0)
-
-
-def _event(key: Sequence[str], name: str, heard: Heard, now_s: float) -> Event | None:
-    """The event for a message; None if the robot does not use this message on this key."""
-    match heard.message, key:
-        case Odometry() as odometry, ["body", body, "odometry"] if body == name and odometry.t_s == now_s:
-            return OdometryHeard(odometry)
-        case Scan() as scan, ["body", body, "scan"] if body == name:
-            return ScanHeard(scan)
-        case (Report() | Answer() | Formation() | Plea()) as said, ["view", sender, _] if (
-            robot := robot_number(sender)
-        ):
-            return ViewHeard(robot, heard.number, said)
-        case (AheadState() | BehindState()) as state, ["link", sender, _] if robot := robot_number(sender):
-            return LinkHeard(robot, heard.number, state)
-        case _:
-            return None

@@ -128,15 +128,8 @@ class FaultyTransport(AroundTransport):
     def _affect(self, arrival: Arrival) -> Iterable[Arrival]:
         """The arrivals that follow at once; delayed ones are kept until they are due."""
         match arrival:
-            case Heard(key, message=Faults() as faults):
-                if key == self._keys.fault(self._name):
-                    self.have(faults)
-            case Heard(key, number, message):
-                if isinstance(message, Odometry) and key == self._odometry_key:
-                    self.tell_time(message.t_s)
-                if self._message_faults.is_empty:
-                    return (arrival,)
-                return self._apply(arrival, message, self._effect(key, message, number))
+            case Heard():
+                return self._affect_message(arrival)
             case Asked(key, message):
                 effect = self._effect(key, message, 0)
                 # A query is answered once, even if a fault duplicates it.
@@ -148,6 +141,18 @@ class FaultyTransport(AroundTransport):
             case Refused() | Listed():
                 return (arrival,)
         return ()
+
+    def _affect_message(self, heard: Heard) -> Iterable[Arrival]:
+        key, message = heard.key, heard.message
+        if isinstance(message, Faults):
+            if key == self._keys.fault(self._name):
+                self.have(message)
+            return ()
+        if isinstance(message, Odometry) and key == self._odometry_key:
+            self.tell_time(message.t_s)
+        if self._message_faults.is_empty:
+            return (heard,)
+        return self._apply(heard, message, self._effect(key, message, heard.number))
 
     def _effect(self, key: str, message: Message, number: int) -> Effect:
         if self._message_faults.is_empty:

@@ -6,7 +6,6 @@ Rule 1: the task waits in the event loop, where other tasks run meanwhile (`Alar
 
 import asyncio
 import contextlib
-import math
 import os
 import select
 import selectors
@@ -135,9 +134,10 @@ class Bell:
     def __init__(self, loop: OneTaskLoop) -> None:
         self._rung = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
         self._loop = loop
-        self._either = select.poll()
-        for each in (self._rung, loop.selector.fileno()):
-            self._either.register(each, select.POLLIN)
+        self._either = select.epoll()
+        # Each ring ends one wait, so that nobody has to read what was rung.
+        self._either.register(self._rung, select.EPOLLIN | select.EPOLLET)
+        self._either.register(loop.selector.fileno(), select.EPOLLIN)
 
     def ring(self) -> None:
         """Wake the reader, now or when it waits next."""
@@ -145,11 +145,8 @@ class Bell:
 
     async def wait(self, timeout_s: float | None) -> None:
         """Wait until it rings, or the loop has something to do."""
-        ready = self._either.poll(None if timeout_s is None else math.ceil(timeout_s * 1000.0))
-        for file, _ in ready:
-            if file == self._rung:
-                os.eventfd_read(self._rung)
-            else:
+        for file, _ in self._either.poll(timeout_s):
+            if file != self._rung:
                 await self._loop.serve()
 
 

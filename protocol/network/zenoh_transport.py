@@ -159,14 +159,13 @@ class ZenohTransport:
         """Wait for arrivals and return all of them; empty after the timeout."""
         await self._alarm.wait(0.0 if len(self._inbox) else timeout_s)
         raw = self._inbox.drain()  # nothing is awaited from here on: a call that is cancelled loses nothing
-        now_s = time.monotonic()
         if not raw:
-            self._test_session(now_s)
+            self._test_session(time.monotonic())
         arrivals = [arrival for each in raw if (arrival := self._arrived_as(each)) is not None]
         if (
             self._watches
             and self._deafness.is_alone
-            and self._deafness.look(now_s, connected=self.router is not None)
+            and self._deafness.look(time.monotonic(), connected=self.router is not None)
         ):
             arrivals += self._reopen()
         return arrivals
@@ -265,33 +264,49 @@ class ZenohTransport:
 
     def _arrived_as(self, raw: _Raw) -> Arrival | None:
         """What has arrived; None: a token that is not watched, or a list while others are to come."""
+        if isinstance(raw, _Sample):
+            return self._heard(raw)
         if isinstance(raw, _Listed):
             waited = raw.pattern is None or raw.pattern in self._unlisted
             self._unlisted -= {raw.pattern}
             return Listed() if waited and not self._unlisted else None
-        if isinstance(raw, _Token) and not any(matches(pattern, raw.key) for pattern in self._watches):
-            return None
-        return self._arrival(raw)
+        if isinstance(raw, zenoh.Query):
+            return self._asked(raw)
+        return self._token(raw) if any(matches(pattern, raw.key) for pattern in self._watches) else None
 
-    def _arrival(self, raw: _Sample | zenoh.Query | _Token) -> Arrival:
-        key = str(raw.key_expr) if isinstance(raw, zenoh.Query) else raw.key
+    def _heard(self, sample: _Sample) -> Heard | Refused:
+        key = sample.key
         try:
             _check_key(key)
-            match raw:
-                case _Sample(_, payload, is_answer):
-                    number, message = decode(payload, key)
-                    if not is_answer:
-                        self._traffic.receive(key, number)
-                    return Heard(key, 0 if is_answer else number, message)
-                case _Token(_, shown):
-                    self._deafness.see(key, shown=shown)
-                    return Appeared(key) if shown else Vanished(key)
-                case zenoh.Query():
-                    _, message = decode(raw.payload.to_bytes() if raw.payload else b"", key)
-                    return Asked(key, message, lambda answer: _reply(raw, key, answer))
+            number, message = decode(sample.payload, key)
         except MessageRefusedError as error:
-            self._traffic.refuse(key[:KEY_LENGTH_MAX])
-            return Refused(key[:KEY_LENGTH_MAX], str(error))
+            return self._refused(key, error)
+        if sample.is_answer:
+            return Heard(key, 0, message)
+        self._traffic.receive(key, number)
+        return Heard(key, number, message)
+
+    def _token(self, token: _Token) -> Appeared | Vanished | Refused:
+        key = token.key
+        try:
+            _check_key(key)
+        except MessageRefusedError as error:
+            return self._refused(key, error)
+        self._deafness.see(key, shown=token.shown)
+        return Appeared(key) if token.shown else Vanished(key)
+
+    def _asked(self, query: zenoh.Query) -> Asked | Refused:
+        key = str(query.key_expr)
+        try:
+            _check_key(key)
+            _, message = decode(query.payload.to_bytes() if query.payload else b"", key)
+        except MessageRefusedError as error:
+            return self._refused(key, error)
+        return Asked(key, message, lambda answer: _reply(query, key, answer))
+
+    def _refused(self, key: str, error: MessageRefusedError) -> Refused:
+        self._traffic.refuse(key[:KEY_LENGTH_MAX])
+        return Refused(key[:KEY_LENGTH_MAX], str(error))
 
 
 @contextlib.contextmanager

@@ -22,8 +22,9 @@ from pathlib import Path
 import zenoh
 from zenoh.handlers import Callback
 
+from agents.process.hearing import heard
 from agents.process.journal import Head, open_journal
-from agents.process.shell import Shell, heard
+from agents.process.shell import Shell
 from agents.process.victim import Victim
 from clew.bench.hop.strand import Strand
 from protocol.keys import robot_name
