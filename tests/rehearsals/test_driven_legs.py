@@ -161,7 +161,7 @@ def test_drive_errors_do_not_add_up_where_a_tail_comes_back_and_has_a_new_life_e
     """
     comes_back = False
 
-    monkeypatch.setattr(leader, "way_back_m", lambda *_: 0.0)
+    monkeypatch.setattr(leader, "way_back_m", lambda *_, **__: 0.0)
     monkeypatch.setattr(arena, "stream", adverse(lambda low, _high: low if comes_back else 0.0))
     scenario = legs(
         "dead-end-beside-a-post",
