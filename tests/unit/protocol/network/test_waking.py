@@ -3,6 +3,8 @@
 import asyncio
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Coroutine
 from threading import Thread, Timer
@@ -14,6 +16,20 @@ from protocol.process.ending import until_ended
 from tests.support.deadline import DEADLINE_S
 
 T = TypeVar("T")
+
+ROBOTS = 501  # Linux lets 500 epolls watch others that watch one file (fs/eventpoll.c: path_limits)
+BELLS = f"""
+import os, resource
+from protocol.network.inbox import Bell, OneTaskLoop
+_, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
+lifeline, _ = os.pipe()
+loops = [OneTaskLoop() for _ in range({ROBOTS})]
+for loop in loops:
+    loop.add_reader(lifeline, print)
+bells = [Bell(loop) for loop in loops]
+os._exit(0)
+"""
 
 
 def test_an_alarm_that_another_thread_rings_ends_the_wait_and_a_ring_before_it_does_not() -> None:
@@ -69,6 +85,13 @@ async def _bell() -> Bell:
     bell = alarm(asyncio.get_running_loop())
     assert isinstance(bell, Bell)
     return bell
+
+
+def test_all_the_robots_of_a_large_host_may_wait_for_a_bell_and_watch_one_lifeline() -> None:
+    made = subprocess.run(
+        [sys.executable, "-c", BELLS], capture_output=True, text=True, timeout=DEADLINE_S, check=False
+    )
+    assert (made.returncode, made.stderr) == (0, "")
 
 
 def test_a_bell_that_another_thread_rings_ends_the_wait_and_a_ring_before_it_ends_the_next_wait_only() -> (
