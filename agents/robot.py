@@ -112,7 +112,7 @@ class Robot:
         if self._driver.awake:
             self._membership.suspicion.live(now_s)
             if begins:
-                self._begin(self._driver.odometry)
+                self._begin(self._driver.odometry, now_s)
         commands = self._take_in(event, now_s, is_new=is_new)
         if not self._driver.awake:
             return commands
@@ -122,8 +122,9 @@ class Robot:
             commands.append(Order(self._driver.drive))
         return commands
 
-    def _begin(self, odometry: Odometry) -> None:
+    def _begin(self, odometry: Odometry, now_s: float) -> None:
         """Rule 4."""
+        self._membership.begin(now_s)
         if self._again or odometry.ordered > 0 or odometry.t_s > LATE_S:
             self._driver.start_again()
 

@@ -16,6 +16,7 @@ Rule 5: it goes by phases (`agents.coordinating.phases`). A phase ends when it w
 """
 
 from collections.abc import Collection, Mapping, Set
+from functools import partial
 
 from agents.commands import Command, Note
 from agents.coordinating.agreeing import Agreement, Intent
@@ -97,7 +98,7 @@ class Coordinator:
             commands += self._turns.repeat(now_s)
         elif self.phase is not Phase.FORMED:
             commands += self._go_on(fence, now_s)
-        awaited = self._awaited(now_s)
+        awaited = partial(self._awaited, now_s)
         return commands + self._telling.act(odometry, now_s, awaited=awaited, map_from=self._map_from)
 
     # --- phases -------------------------------------------------------------------------------------

@@ -5,7 +5,7 @@ Rule 2 (liveness): it does not wait for reports to answer, but repeats its news:
         that the view waits for, except of one that drives in its turn; and the formation for a short time.
 """
 
-from collections.abc import Iterable, Set
+from collections.abc import Callable, Iterable, Set
 from dataclasses import dataclass, field
 
 from agents.commands import Command, Say
@@ -57,13 +57,20 @@ class Telling:
         self.ask({robot})
 
     def act(
-        self, odometry: Odometry, now_s: float, *, awaited: Set[int], map_from: Set[int]
+        self, odometry: Odometry, now_s: float, *, awaited: Callable[[], Set[int]], map_from: Set[int]
     ) -> list[Command]:
-        """Answer all reports, and repeat news if it is time; `map_from`: whose map is wanted."""
+        """Answer all reports, and repeat news if it is time.
+
+        Args:
+            odometry: the newest.
+            now_s: the time.
+            awaited: finds the robots that the view waits for; of a thousand, too slowly for each event.
+            map_from: whose map is wanted.
+        """
         if is_due(last_s=self._news_at_s, every_s=self.timing.report_s, now_s=now_s):
             self._news_at_s = now_s
             drives = {self.turns.holder} if odometry.stood_s < self.timing.put_s else set[int]()
-            self._due |= (awaited & self.reported.counted.keys()) - drives
+            self._due |= (awaited() & self.reported.counted.keys()) - drives
             if self.plan is not None and now_s - self._made_s <= NEWS_S:
                 self._due.update(self.plan.order)
         plan, commands = self.plan, list[Command]()

@@ -56,6 +56,10 @@ class Membership:
 
     # --- rule 1 -------------------------------------------------------------------------------------
 
+    def begin(self, now_s: float) -> None:
+        """The first odometry has come: the fence that it tells need not be a new one."""
+        self._proposing.enter(self._driver.odometry.fence, now_s)
+
     def enter(self, now_s: float) -> list[Command]:
         """New odometry has come: take in the fence that it tells."""
         before, fence = self.fence, self._driver.odometry.fence

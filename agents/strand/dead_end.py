@@ -74,10 +74,10 @@ def cut_before_m(path: Path, mission: Mission, *, robots: int, tail_m: float, ba
         tail_m: arc length of the tail.
         back_by_m: how far the leader is to come back.
     """
-    spare_m = robots * GRANT_M_MIN
-    while (end_m := tail_m - back_by_m - spare_m) > 0.0:
-        if _last_grant_m(path.reversed(end_m, path.end_m), mission, robots) >= back_by_m:
-            return end_m
+    spare_m = robots * GRANT_M_MIN  # a robot is granted up to so much less than is free
+    while (cut_m := tail_m - back_by_m - spare_m) > 0.0:
+        if _last_grant_m(path.reversed(cut_m, path.end_m), mission, robots) >= back_by_m:
+            return cut_m
         spare_m *= 2.0
     return 0.0
 

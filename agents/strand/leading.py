@@ -239,13 +239,13 @@ class Leading:
 
     def _turn_back(self, back_to_m: float | None) -> None:
         """Rule 2."""
-        strand, back_by_m, cut_off_m = self._strand, 0.0, self._strand.grants.tail_m
+        strand, tail_m = self._strand, self._strand.grants.tail_m
+        back_by_m, cut_m = 0.0, tail_m
         if back_to_m is not None:
-            back_by_m = max(0.0, strand.path.end_m - back_to_m)
-            cut_off_m = cut_before_m(
-                strand.path, self._mission, robots=strand.members, tail_m=cut_off_m, back_by_m=back_by_m
-            )
-        turnabout = Turnabout(cut_m=cut_off_m, end_m=self._driver.progress_m, back_by_m=back_by_m)
+            path, robots = strand.path, strand.members
+            back_by_m = max(0.0, path.end_m - back_to_m)
+            cut_m = cut_before_m(path, self._mission, robots=robots, tail_m=tail_m, back_by_m=back_by_m)
+        turnabout = Turnabout(cut_m=cut_m, end_m=self._driver.progress_m, back_by_m=back_by_m)
         self._reason = Reason(Cause.DEAD_END, "the only way leads back", turnabout=turnabout)
 
     def _begin(self, planned: StepPlanned) -> list[Command]:

@@ -185,7 +185,7 @@ def _check_folder(out: Path, kept: Mapping[str, bytes]) -> None:
             if HEAD.match(file.read(HEAD_BYTES)) is None:
                 raise UsageError(f"{path}: no campaign of Clew wrote this file, and one would replace it")
     for name, text in kept.items() if not (out / EPISODES_FILE).exists() else ():
-        if (out / name).exists() and (out / name).read_bytes() not in {b"", text}:
+        if (out / name).exists() and read_bytes(out / name, MADE_BYTES_MAX) not in {b"", text}:
             raise would_be_lost(out / name)
     for drawn in (out / DRAWN_FOLDER).glob("[0-9]*.toml"):
         check_ours(drawn, DRAWN_MARK)

@@ -75,8 +75,8 @@ def told(each: Missing) -> str:
     who = f"robot {each.robot}" + (f" ({each.incarnation})" if each.incarnation else "")
     if each.excuse is None:
         return f"{who}: {ONLY_EMPTY if each.is_empty else NONE_LEFT}"
-    may = "has only an empty journal, and may have" if each.is_empty else "has no journal, and may have none"
-    return f"{who}: {may}: {each.excuse}"
+    what = "only an empty journal" if each.is_empty else "no journal"
+    return f"{who}: has {what}, as it may: {each.excuse}"
 
 
 def _excuses(log: Log) -> dict[tuple[int, str], str | None]:

@@ -255,7 +255,7 @@ def _print_surprises(result: "Campaign", out: Path) -> None:
         say(f"{outcome.surprise}: {outcome.family}/{outcome.scene}, seed {outcome.seed}: {outcome.reason}")
         say(f"    {to_copy(outcome.replay)}")
     if (unshown := len(result.surprises) - SURPRISES_SHOWN) > 0:
-        say(f"and {unshown} surprises more: `surprises` in {out / CAMPAIGN_FILE} has all")
+        say(f"and {unshown} more surprises: `surprises` in {out / CAMPAIGN_FILE} has all")
 
 
 @contextmanager

@@ -10,7 +10,16 @@ from protocol.frames import METRES_MAX, ROBOTS_MAX, Point, Pose, Vertex
 from protocol.network.outbox import Outbox
 from protocol.timeline import RobotStranded
 from protocol.wire.codec import fits
-from protocol.wire.view import FORMERS_MAX, LEG_CORNERS_MAX, SEEN_BYTES_MAX, Counters, Former, Look, Report
+from protocol.wire.view import (
+    FORMERS_MAX,
+    LEG_CORNERS_MAX,
+    SEEN_BYTES_MAX,
+    STRANDED_MAX,
+    Counters,
+    Former,
+    Look,
+    Report,
+)
 from tests.support.stages.one_step import under
 
 MISSION = under("certified", robots=ROBOTS_MAX, goal=Point(x_m=5.0, y_m=0.0))
@@ -96,6 +105,13 @@ def test_the_largest_report_of_the_largest_fleet_fits_where_all_but_one_are_to_l
         counted=epoch,
     )
     assert fits(largest)
+
+
+def test_of_the_robots_that_found_no_way_a_formation_tells_as_many_as_a_message_may() -> None:
+    robots = range(1, STRANDED_MAX + 3)
+    reports = {robot: report(robot) for robot in robots}
+    agreement = Agreement(EPOCH, Intent(Cause.START), MISSION, reports, dict.fromkeys(robots, 1))
+    assert agreement.drafted((1,), {}, turn=1).members[1].stranded == tuple(robots)[1 : STRANDED_MAX + 1]
 
 
 def test_a_formation_has_as_many_robots_as_a_message_can_tell_and_the_others_learn_why() -> None:

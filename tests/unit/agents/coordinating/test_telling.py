@@ -45,7 +45,7 @@ def said(had_turn: set[int], *, is_made: bool) -> dict[int, ViewMessage]:
     odometry = Odometry(
         n=1, t_s=0.0, pose=report(1).place, moving=False, finished=0, fence=Fence(), phase=Phase.RUNNING
     )
-    told += telling.act(odometry, 0.0, awaited=frozenset(), map_from=frozenset())
+    told += telling.act(odometry, 0.0, awaited=frozenset, map_from=frozenset())
     return {each.robot: each.said for each in told if isinstance(each, Say)}
 
 

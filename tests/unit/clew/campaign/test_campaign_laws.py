@@ -1,6 +1,7 @@
 """Campaigns under a law of a file: all episodes have the same one, which is kept with them."""
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -51,6 +52,14 @@ def test_no_copy_of_a_law_replaces_a_file_that_no_campaign_wrote(here: Path) -> 
     assert campaign("mylaw.py:mine").exit_code == 0
 
 
+def test_a_pipe_where_the_copy_of_a_law_goes_is_refused_and_not_waited_for(here: Path) -> None:
+    (here / "out").mkdir()
+    os.mkfifo(here / "out" / "mylaw.py")
+    said = campaign("mylaw.py:mine")
+    assert (said.exit_code, said.stderr.count("\n")) == (2, 1)
+    assert "it is no regular file" in said.stderr
+
+
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_what_a_law_prints_is_no_part_of_the_result(
     here: Path, capfd: pytest.CaptureFixture[str], jobs: str
@@ -99,7 +108,7 @@ def test_of_many_surprises_the_first_are_printed_and_the_others_counted(here: Pa
     said = clew(*asked, "--out", "out").stdout.splitlines()
     printed = [line for line in said if line.startswith("crashed: ")]
     assert [", seed 20: " in printed[-1], len(printed)] == [True, 20]
-    assert said[-2] == "and 2 surprises more: `surprises` in out/campaign.json has all"
+    assert said[-2] == "and 2 more surprises: `surprises` in out/campaign.json has all"
     assert "surprises: 22." in said[-1]
 
 
