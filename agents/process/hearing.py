@@ -38,25 +38,25 @@ def listed(robots: frozenset[int] | None) -> Given:
     return Given(watched, ALL_ALIVE, 0)
 
 
-def event_for(name: str, key: str, heard: Heard, now_s: float) -> Event | None:
+def event_for(name: str, key: str, arrival: Heard, now_s: float) -> Event | None:
     """The event for a message; None if the robot does not use this message on this key (rule 1).
 
     Args:
         name: the robot's.
         key: the message's, without the run's root.
-        heard: the message.
+        arrival: the message.
         now_s: the time of the newest odometry; older ones are no events.
     """
     what, sender, robot = _parts(key)
-    match heard.message:
+    match arrival.message:
         case AheadState() | BehindState() as state if what == "link" and robot:
-            return LinkHeard(robot, heard.number, state)
+            return LinkHeard(robot, arrival.number, state)
         case Odometry() as odometry if what == "odometry" and sender == name and odometry.t_s == now_s:
             return OdometryHeard(odometry)
         case Scan() as scan if what == "scan" and sender == name:
             return ScanHeard(scan)
         case Report() | Answer() | Formation() | Plea() as said if what == "view" and robot:
-            return ViewHeard(robot, heard.number, said)
+            return ViewHeard(robot, arrival.number, said)
         case _:
             return None
 

@@ -333,6 +333,7 @@ class Shell:
         self._flush()
 
     def _flush(self) -> None:
+        # Most turns have nothing to tell, and need no look at the clock.
         while len(self._outbox) and (batch := self._outbox.batch(time.monotonic())) is not None:
             self._transport.put(self._keys.log(self._name), batch)
 

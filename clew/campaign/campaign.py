@@ -184,7 +184,8 @@ def _check_folder(out: Path, kept: Mapping[str, bytes]) -> None:
         with open_regular(path) as file:
             if HEAD.match(file.read(HEAD_BYTES)) is None:
                 raise UsageError(f"{path}: no campaign of Clew wrote this file, and one would replace it")
-    for name, text in kept.items() if not (out / EPISODES_FILE).exists() else ():
+    copied = {} if (out / EPISODES_FILE).exists() else kept  # earlier copies in a campaign's folder are ours
+    for name, text in copied.items():
         if (out / name).exists() and read_bytes(out / name, MADE_BYTES_MAX) not in {b"", text}:
             raise would_be_lost(out / name)
     for drawn in (out / DRAWN_FOLDER).glob("[0-9]*.toml"):
