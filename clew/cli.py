@@ -35,26 +35,26 @@ SECTIONS: Mapping[str, Mapping[str, Late]] = {
     "A run": {
         "run": Late("run:run", "Run a fleet as real processes."),
         "rehearse": Late("rehearse:rehearse", "Run a whole fleet in one process, in virtual time."),
-        "map": Late("map:map_verb", "Make a scene of a map of ROS (map_server)."),
+        "map": Late("map:map_verb", "Make a scene from a ROS map (map_server)."),
         "ls": Late("ls:ls", "List runs with verdict, size and age; delete them."),
         "fault": Late("fault:fault", "Inject a fault into a running fleet; stop it."),
         "view": Late("view:view", "Serve the page of a run to browsers."),
         "report": Late("report:report", "Write one HTML file that shows a run."),
         "log": Late("log:log", "Read, check, compare and export timelines."),
-        "judge": Late("judge:judge_verb", "Judge a run a second time, by true poses."),
-        "replay": Late("replay:replay", "Decide again from recorded inputs, and compare."),
+        "judge": Late("judge:judge_verb", "Judge a run a second time, from true poses."),
+        "replay": Late("replay:replay", "Replay all decisions from recorded inputs, and compare."),
         "figures": Late("figures:figures", "Draw figures of a run or campaign, for print."),
         "schema": Late("schema:schema", "Print the JSON Schema of our files, for editors."),
     },
-    "Proving ground (many runs, mutants, benchmarks)": {
+    "Many runs (campaigns, mutants, benchmarks)": {
         "campaign": Late("campaign:campaign", "Rehearse many scenes with many seeds."),
         "compare": Late("compare:compare", "Compare two campaigns, such as those of two laws, or two runs."),
-        "shrink": Late("shrink:shrink_verb", "Cut a failed run's fault plan to what matters."),
-        "chaos": Late("chaos:chaos", "Run live fleets under drawn faults."),
+        "shrink": Late("shrink:shrink_verb", "Reduce a failed run's fault plan to what matters."),
+        "chaos": Late("chaos:chaos", "Run live fleets under random faults."),
         "mutants": Late("mutants:mutants", "Check that planted bugs are caught."),
         "explore": Late("explore:explore_verb", "Try every schedule with few faults."),
         "bench": Late("bench:bench", "Measure how long things take on this machine."),
-        "field": Late("field:field", "Print or write random worlds as scenes."),
+        "field": Late("field:field", "Print or write random scenes."),
     },
 }
 

@@ -126,9 +126,9 @@ def campaign(
 ) -> None:
     """Rehearse every scene with every seed, and report surprises by family.
 
-    A surprise is an outcome that no sound fleet has, such as a broken promise. With --faults swarm, each seed
-    draws its own small world and the faults in it. Exits with 1 when there was a surprise, or when a swarm of
-    2000 episodes or more has not reached every situation that is counted.
+    A surprise is an outcome that a fleet without bugs never has, such as a broken promise. With --faults
+    swarm, each seed draws its own small world and the faults in it. Exits with 1 when there was a surprise,
+    or when a swarm of 2000 episodes or more leaves a coverage counter at 0.
     """
     from clew.campaign.campaign import CAMPAIGN_FILE, Request, cores, run
     from clew.campaign.executors.cluster import ClusterLostError

@@ -65,12 +65,11 @@ def explore_verb(
 ) -> None:
     """Try every schedule with few faults, on the real cores, in a small world without noise.
 
-    SETTING is start, unless another one is given.
-    By default messages are delivered in order and at once. Each lost, late or repeated message, each kill,
-    cut and restart is one fault. The verb explores without faults, then with one, and so on, and says what
-    was covered. It exits with 1 when a promise is broken, and prints a schedule with as few faults as
-    possible. With --without a rule is removed first, in the setting that shows it; then it exits with 1 if
-    nothing breaks.
+    SETTING is what the robots do; default: start. Without faults messages are delivered in order and at
+    once. Each lost, late or repeated message, each kill, cut and restart is one fault. The verb explores
+    without faults, then with one, and so on, and says what was covered. It exits with 1 when a promise is
+    broken, and prints a schedule with as few faults as possible. With --without a rule is removed first, in
+    the setting that shows it; then it exits with 1 if no promise is broken.
     """
     from clew.explore.explore import explore, story
     from clew.explore.search import Ended

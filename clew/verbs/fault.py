@@ -63,7 +63,7 @@ MESSAGES = (
         type=FiniteRange(0.0, 1.0),
         default=1.0,
         show_default=True,
-        help="Share of the messages that suffer, drawn at random.",
+        help="Share of the messages that the fault strikes, drawn at random.",
     ),
     FOR,
 )
@@ -131,7 +131,7 @@ _add(
 )
 _add(
     "slow",
-    "Make a robot slow in everything that it does.",
+    "Make a process react late to everything that arrives.",
     [TARGET, _time("--by", "delay_s", "Delay of each read of its inbox", required=True), FOR],
 )
 _add_message_fault("drop", "Lose messages.")
@@ -171,7 +171,7 @@ _add_message_fault(
 @click.argument("name")
 @click.pass_obj
 def end(run: Path, *, name: str) -> None:
-    """End a message fault that was given before, by the NAME that was printed then."""
+    """End a message fault by its NAME, which the verb printed when it was given."""
     click.echo(_asked(run, understand({"name": name}, EndRequest, "fault end")))
 
 
@@ -180,7 +180,7 @@ def end(run: Path, *, name: str) -> None:
 def stop(run: Path) -> None:
     """Stop all robots (emergency stop) until they are released.
 
-    All bodies stand at once and obey no order to drive. The robots form a strand again after the release.
+    All bodies stop at once and obey no order to drive. The robots form a strand again after the release.
     """
     click.echo(_asked(run, HaltRequest(stop=True)))
 

@@ -1,4 +1,4 @@
-"""`clew field`: prints a random obstacle world as a scene, or writes many."""
+"""`clew field`: prints a random scene, or writes many."""
 
 import json
 from itertools import product
@@ -53,7 +53,7 @@ from protocol.files.writing import check_ours, make_folder, write_whole
     help="Folder to write scenes to, one folder a kind, as a campaign takes them.",
 )
 def field(kinds: tuple[str, ...], *, seeds: tuple[int, ...], out: Path | None, **asked: object) -> None:
-    """Print a random world as a scene, which other verbs can run, or write many worlds with --out.
+    """Print a random scene, which other verbs can run, or write many scenes with --out.
 
     Circles, ellipses, convex, nonconvex, mixed and stars are scattered. Corridors (a perfect maze), zigzag,
     comb, spiral, rings, rooms and pillars are built with ways of one width.

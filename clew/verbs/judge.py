@@ -1,4 +1,4 @@
-"""`clew judge`: judges a run a second time, by true poses and the scene alone."""
+"""`clew judge`: judges a run a second time, from true poses and the scene alone."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 @AS_JSON
 @click.pass_context
 def judge_verb(ctx: click.Context, run: Path, scene: Path | None, *, as_json: bool) -> None:
-    """Judge a run a second time, by true poses and the scene alone.
+    """Judge a run a second time, from true poses and the scene alone.
 
-    RUN is the folder of a run, or its events.jsonl; SCENE a scenario (a name or a file) or a
-    scene, instead of the scenario in the run's header; stderr says in what it differs from that one. This
-    judge shares no code with the world's and uses no entry of a robot. It prints the least distances with
-    their times, and where each robot stands at the end.
+    RUN is the folder of a run, or its events.jsonl. SCENE is a scenario (a name or a file) or a scene, to use
+    instead of the scenario in the run's header; stderr says how the two differ. This judge shares no code
+    with the world's and uses no entry of a robot. It prints the least distances with their times, and where
+    each robot stands at the end.
     The folder of a run with several fleets has one for each: all are judged, and the distances between them.
 
     Exits with 1 when a promise was broken, the fleet did not arrive, or verdict.json says otherwise.

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     late={
         "cat": Late("log_cat:cat", "Print the entries of a timeline as sentences."),
         "diff": Late("log_diff:diff", "Show the first difference of two runs."),
-        "messages": Late("log_messages:messages", "Print what was heard, and what was lost on the way."),
+        "messages": Late("log_messages:messages", "Print the messages that were received or lost."),
         "why": Late("log_why:why", "Show which scan, messages and decisions led to an entry."),
         "export": Late("log_export:export", "Export a timeline as MCAP, CSV or Parquet."),
     },

@@ -1,4 +1,4 @@
-"""`clew log messages`: prints the messages of a run, one a line: what robots took in, and what was lost."""
+"""`clew log messages`: prints the messages of a run, one a line: what robots received, and what was lost."""
 
 import re
 from pathlib import Path
@@ -90,7 +90,7 @@ def messages(
     to_s: float | None,
     as_json: bool,
 ) -> None:
-    """Print the messages of a run: what robots received, and what became of others.
+    """Print the messages of a run: those that robots received, and what happened to the others.
 
     A line has the receiver's time, sender and receiver, the kind, the number on its key, its fate, and the
     content in short. The world keeps no journal: of messages to it, only those that a fault struck and those

@@ -25,12 +25,11 @@ def why(run: Path, entry: str, *, effects: bool, as_json: bool) -> None:
     """Show the way to an entry: which scan, which messages and which decisions led to it, newest last.
 
     ENTRY is its source and number, as r3:17, a line that `clew log cat` printed, or a kind that only one
-    entry has. The cause of a decision
-    is found by replays: it is the newest input without which the robot's core would not have decided so.
-    What mattered in a message is behind it in brackets.
+    entry has. The cause of a decision is found by replays: it is the newest input without which the robot's
+    core would not have decided so. The fields of a message that mattered follow it in brackets.
 
-    With --effects, the entry is followed by the messages of its decision, and what they made their receivers
-    do at once, and so on.
+    With --effects, the entry is followed by the messages of its decision, by what their receivers did at
+    once, and so on.
     """
     from clew.log.journals.entries import find_entry
     from clew.log.journals.process import gaps, processes_of

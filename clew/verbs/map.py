@@ -1,4 +1,4 @@
-"""`clew map`: makes a scene of a map of ROS."""
+"""`clew map`: makes a scene from a ROS map."""
 
 import json
 import math
@@ -58,7 +58,7 @@ def _heading(
     type=(FINITE, FINITE),
     required=True,
     metavar="X Y",
-    help="Where the leader has to come [m].",
+    help="Where the leader has to go [m].",
 )
 @robot_radius_option("Radius of each robot [m].")
 @click.option(
@@ -66,14 +66,14 @@ def _heading(
     type=click.IntRange(1, 1000),
     default=1,
     metavar="K",
-    help="Take K x K cells as one, an obstacle if any of them is: fewer corners, and obstacles that are "
+    help="Join K x K cells into one, an obstacle if any of them is: fewer corners, and obstacles that are "
     "larger by less than K cells.",
 )
 def map_verb(file: Path, *, robot_radius_m: float, **asked: Any) -> None:  # noqa: ANN401 - handed on
-    """Print a map of ROS as a scene, which other verbs can run.
+    """Print a ROS map as a scene, which other verbs can run.
 
     FILE.yaml is a map as map_server reads it, with its image (PGM, PNG or BMP) beside it. Every cell that is
-    not known to be free is an obstacle: unknown cells, too, and what lies beyond the image.
+    not known to be free is an obstacle: also unknown cells, and everything beyond the image.
     """
     if not file.is_file():  # first: a mistyped path needs no library
         raise UsageError(f"{file}: there is no such file")

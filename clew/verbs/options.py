@@ -207,7 +207,7 @@ FAULTS = click.option(
     "--faults",
     metavar="PLAN",
     shell_complete=_complete("faults"),
-    help="Fault plan: a name in launch/faults/, a .toml file, or drawn (by the seed).",
+    help="Fault plan: a name in launch/faults/, a .toml file, drawn (by the seed), or none.",
 )
 SPEED = click.option(
     "--speed",

@@ -53,8 +53,8 @@ def rehearse(
     """Run a whole fleet in this process, in virtual time.
 
     The same seed gives the same timeline, to the byte. SCENARIO is a name in launch/scenarios/ or its folder
-    fleets/, a TOML file or a scene (JSON). The run's folder and the summary are those of launch/fleet.sh.
-    With several fleets, the folder has one for each of them, and options apply to each.
+    fleets/, a TOML file or a scene (JSON); default: grove. The run's folder and the summary are as of `clew
+    run`. With several fleets, the folder has one for each of them, and options apply to each.
 
     Exit code: 0 all promises kept, 1 the run failed or broke a promise, 2 cannot run as asked, 130 Ctrl-C,
     143 SIGTERM, 129 SIGHUP.

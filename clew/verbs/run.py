@@ -115,16 +115,16 @@ def _endpoint(_ctx: click.Context, _param: click.Parameter, said: str | None) ->
     default=INPUTS_BYTES_MAX / MIB_BYTES,
     show_default=True,
     metavar="MIB",
-    help="How much of its inputs, from the start, each process of a robot keeps for replay; 0: nothing.",
+    help="How much of its inputs each robot's process records for replay, from the start; 0: nothing.",
 )
 @VERSION
 @click.pass_context
 def run(ctx: click.Context, /, **asked: Any) -> None:  # noqa: ANN401 - the fields of a request
     """Run a fleet as real processes: a router, a world and one for each robot.
 
-    SCENARIO is a name in launch/scenarios/ or its folder fleets/, a TOML file or a scene (JSON). Progress
-    goes to stderr: a live table on a terminal, otherwise one line for each event. The last line on stdout is
-    the verdict and the run's folder.
+    SCENARIO is a name in launch/scenarios/ or its folder fleets/, a TOML file or a scene (JSON); default:
+    grove. Progress goes to stderr: a live table on a terminal, otherwise one line for each event. The last
+    line on stdout is the verdict and the run's folder.
 
     Exit code: 0 all promises kept, 1 the run failed or broke a promise, 2 cannot run as asked, 130 Ctrl-C,
     143 SIGTERM, 129 SIGHUP, 128+n signal n killed the world too often.

@@ -19,13 +19,13 @@ Path = tuple[str, ...]
 ALL = dict(commands(main))
 
 
-def test_the_proving_ground_stands_apart_from_the_verbs_for_a_run() -> None:
+def test_verbs_for_many_runs_have_a_section_of_their_own() -> None:
     text = clew("--help").stdout
-    run, proving = text.split("A run:")[1].split("Proving ground")
+    run, many = text.split("A run:")[1].split("Many runs")
     for verb in ("run", "rehearse", "ls", "fault", "view", "report", "log", "replay", "figures", "schema"):
         assert f"\n  {verb} " in run
     for verb in ("campaign", "chaos", "shrink", "mutants", "bench", "field"):
-        assert f"\n  {verb} " in proving
+        assert f"\n  {verb} " in many
 
 
 def test_every_verb_stands_in_one_section() -> None:
