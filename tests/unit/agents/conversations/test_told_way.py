@@ -1,4 +1,4 @@
-"""A robot lies about its way to the robot ahead, which follows another one; or about who leads."""
+"""A robot lies about its way to the robot ahead, about who leads, or about the turn in which all drive."""
 
 import math
 
@@ -11,6 +11,7 @@ from protocol.wire.view import Formation, Report
 from tests.support.stages.view_stage import ViewStage, of
 
 LAST = 3
+LIES = 6  # some of them after ALL
 FAR_OFF = Point(x_m=1.0, y_m=-12.0)
 
 
@@ -48,3 +49,16 @@ def test_a_robot_that_all_does_not_name_does_not_lead_whatever_its_coordinator_s
     assert stage.fence.epoch == epoch
     leads = {robot for robot in stage.robots if stage.processes[robot].robot.leads}
     assert leads == {stage.fence.robot}
+
+
+def test_a_formation_of_another_turn_than_that_of_all_makes_nobody_a_member() -> None:
+    """V19: a formation names the turn of its ALL, so that its places are of no earlier turn."""
+    stage = ViewStage.begun()
+    stage.raised_by(1)
+    lies = 0
+    while stage.fence.may is not May.ALL or lies < LIES:
+        if stage.mail and of(Formation)(stage.mail[0]):
+            lie = replace(stage.mail[0].thing, turn=stage.mail[0].thing.turn + 1)
+            stage.mail[0], lies = stage.mail[0]._replace(thing=lie), lies + 1
+        stage.step()
+    assert {robot for robot in stage.robots if stage.processes[robot].robot.member} == {1}, "its coordinator"

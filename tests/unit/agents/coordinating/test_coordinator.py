@@ -42,6 +42,21 @@ def test_a_view_names_the_robots_that_it_waits_for_in_each_phase_and_since_when(
     assert (view.fence.may, view.drafted.in_place, view.drafted.awaited) == (May.ALL, (1, 2, 3), set())
 
 
+def test_no_formation_is_made_of_a_place_from_before_its_robots_turn_however_long_the_robot_repeats_it() -> (
+    None
+):
+    """A robot that is heard is not lost. It may hear no odometry, so that it can tell no newer place."""
+    view = with_turns()
+    view.hear(3, report(3, BEHIND[3], number=4, turn=2, ended=2, placed=True))
+    view.act()
+    view.hear(4, report(4, START[4], number=4, turn=3, ended=3))
+    while view.now_s < BEGAN_S + 2.0 * TIMING.looks_s:
+        view.act()
+        for robot in (2, 3):
+            view.hear(robot, report(robot, BEHIND[robot], number=4, turn=robot - 1, ended=1, placed=True))
+    assert (view.fence.may, view.drafted.awaited) == (May.NOBODY, {2, 3})
+
+
 def test_robots_that_the_view_waits_for_are_told_that_they_had_a_turn_until_they_tell_a_newer_place() -> None:
     view = with_turns()
     view.hear(3, report(3, BEHIND[3], number=4, turn=2, ended=2, placed=True))
