@@ -10,7 +10,6 @@ Rule 4: a folder has one campaign at a time, until its summary is written. A sec
 """
 
 import os
-import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from dataclasses import replace as replace_fields
@@ -41,7 +40,7 @@ from clew.swarm.plans import DRAWN
 from clew.swarm.swarm import draw
 from protocol.errors import UsageError
 from protocol.faults import plan as plans
-from protocol.files.opening import MADE_BYTES_MAX, open_regular, read_bytes
+from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from protocol.files.writing import check_ours, make_folder, open_private, would_be_lost, write_whole
 from protocol.law_files import copies, is_of_file, named
 from protocol.root import ROOT
@@ -54,9 +53,7 @@ PACKAGES = ("agents", "clew", "protocol", "world")
 _OURS = ("campaign", "coverage", "fields", "guided", "judge", "percentiles.py", "rehearsal", "swarm")
 PLAYED = ("agents", "protocol", "world", *(f"clew/{each}" for each in _OURS))
 """The source that decides how an episode goes and how it is judged."""
-HEAD = re.compile(rb'\s*{\s*"ok":\s*(true|false),\s*"interrupted":')
-"""How `campaign.json` begins, in every version of Clew."""
-HEAD_BYTES = 256  # no more is read: the file may be larger than we read in one piece
+CAMPAIGN_MARK = b'\n  "interrupted": '  # the second field of `campaign.json`, in every version of Clew
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -179,11 +176,7 @@ def _check_folder(out: Path, kept: Mapping[str, bytes]) -> None:
     """
     if (out / EVENTS_FILE).exists():
         raise UsageError(f"{out}: is a run's folder, and a campaign never writes into one")
-    path = out / CAMPAIGN_FILE
-    if path.exists():
-        with open_regular(path) as file:
-            if HEAD.match(file.read(HEAD_BYTES)) is None:
-                raise UsageError(f"{path}: no campaign of Clew wrote this file, and one would replace it")
+    check_ours(out / CAMPAIGN_FILE, CAMPAIGN_MARK)
     copied = {} if (out / EPISODES_FILE).exists() else kept  # earlier copies in a campaign's folder are ours
     for name, text in copied.items():
         if (out / name).exists() and read_bytes(out / name, MADE_BYTES_MAX) not in {b"", text}:
