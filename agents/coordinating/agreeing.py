@@ -85,7 +85,7 @@ class Agreement:
     mission: Mission
     reports: Reports
     """Of the view, as they come in."""
-    had_turn: Mapping[int, int]
+    had_turn: Set[int]
     """The robots for which a turn was put, as they get one."""
 
     def drafted(self, order: Sequence[int], legs: Legs, *, turn: int) -> Plan:
@@ -175,7 +175,7 @@ class Agreement:
         vertices, counters = tuple(path), self.counters()
         map_number = max(report.map_number for report in reports.values())
         seen = next((reports[robot].seen for robot in self.newer_map(order[0])), None)
-        stranded = tuple(sorted((self.had_turn.keys() & reports.keys()) - {*order}))[:STRANDED_MAX]
+        stranded = tuple(sorted((self.had_turn & reports.keys()) - {*order}))[:STRANDED_MAX]
         neighbours = [
             Neighbour(robot=robot, life=reports[robot].life, s_m=places_m[robot]) for robot in order
         ]
