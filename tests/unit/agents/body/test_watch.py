@@ -100,9 +100,9 @@ def post(off_m: float) -> Circle:
     return Circle(centre_m=(0.0, off_m + 0.1), radius_m=0.1)
 
 
-def good_s(x_m: float, y_m: float, *, radius_m: float = 0.25) -> float:
+def good_s(x_m: float, y_m: float) -> float:
     """How long the way is safe beside somebody there."""
-    somebody = Circle(centre_m=(x_m, y_m), radius_m=radius_m)
+    somebody = Circle(centre_m=(x_m, y_m), radius_m=0.25)
     return good_for_s(look_around([somebody], RUNNER), TARGET, RUNNER)
 
 
