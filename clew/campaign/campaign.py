@@ -141,12 +141,7 @@ def run(
         for name, text in kept.items():
             write_whole(request.out / name, text)
         with _held(request.out / EPISODES_FILE) as file:
-            judged = {episode.key: episode.judged for episode in episodes}
-            done = {
-                key: outcome
-                for key, outcome in read_outcomes(request.out / EPISODES_FILE).items()
-                if key in judged and (outcome.judged or not judged[key])
-            }
+            done = _kept_of(episodes, read_outcomes(request.out / EPISODES_FILE))
             left = [each for each in episodes if each.key not in done]
             interrupted = False
             try:
@@ -197,6 +192,16 @@ def read_outcomes(path: Path) -> dict[str, Outcome]:
         if outcome.ending != OUT_OF_TIME:
             outcomes[outcome.key] = outcome
     return outcomes
+
+
+def _kept_of(episodes: Iterable[Episode], outcomes: Mapping[str, Outcome]) -> dict[str, Outcome]:
+    """The outcomes of these episodes, without those that are to be judged twice and were not."""
+    judged = {episode.key: episode.judged for episode in episodes}
+    return {
+        key: outcome
+        for key, outcome in outcomes.items()
+        if key in judged and (outcome.judged or not judged[key])
+    }
 
 
 def hash_of_source() -> str:
