@@ -167,7 +167,7 @@ def _check_folder(out: Path, kept: Mapping[str, bytes]) -> None:
 
     Raises:
         UsageError: it is a run's folder, or a file is there that is not ours and that we may replace.
-        OSError: that file cannot be read.
+        OSError: the file of a law there cannot be read.
     """
     if (out / EVENTS_FILE).exists():
         raise UsageError(f"{out}: is a run's folder, and a campaign never writes into one")
@@ -318,13 +318,15 @@ def _held(path: Path) -> FileIO:
     """The file of the outcomes, to append to. While it is open, no other campaign writes it (rule 4).
 
     Raises:
-        UsageError: another campaign is going on there.
+        UsageError: another campaign is going on there, or it cannot be opened.
         OSError: it cannot be read or written.
     """
     try:
         file = held_alone(open_private(path, "a"))
     except BlockingIOError as error:
         raise UsageError(f"{path.parent}: another campaign is going on there") from error
+    except OSError as error:
+        raise UsageError(f"cannot write {path}: {error.strerror}") from error
     written = read_bytes(path, MADE_BYTES_MAX)
     if written and not written.endswith(b"\n"):  # torn
         file.write(b"\n")

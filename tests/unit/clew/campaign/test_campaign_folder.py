@@ -90,8 +90,9 @@ def test_a_campaign_never_replaces_a_file_that_no_campaign_wrote(tmp_path: Path,
     assert path.read_text(encoding="latin-1") == foreign
 
 
-def test_a_campaign_names_the_file_that_is_in_its_way(tmp_path: Path) -> None:
-    played, path = scene(tmp_path / "one.json"), tmp_path / "out" / "campaign.json"
+@pytest.mark.parametrize("name", ["campaign.json", "episodes.jsonl"])
+def test_a_campaign_names_the_file_that_is_in_its_way(tmp_path: Path, name: str) -> None:
+    played, path = scene(tmp_path / "one.json"), tmp_path / "out" / name
     path.mkdir(parents=True)
     said = clew("campaign", played, "--jobs", "1", "--out", path.parent)
     assert (said.exit_code, said.stderr) == (2, f"Error: cannot write {path}: Is a directory\n")
