@@ -122,7 +122,7 @@ def test_somebody_beside_the_way_is_passed_by_moments(x_m: float) -> None:
 
 
 @pytest.mark.parametrize("x_m", [0.1, 0.3, 0.5])
-def test_who_leaves_no_moment_somewhere_on_the_way_is_not_approached(x_m: float) -> None:
+def test_a_robot_that_leaves_no_moment_somewhere_on_the_way_is_not_approached(x_m: float) -> None:
     assert good_s(x_m, 0.25 + HULL_M + MOVES_M - 0.02) == 0.0
 
 
