@@ -63,7 +63,7 @@ class Coordinator:
         """Those that count."""
         self._reported = Reported(suspicion, mission.robots, self._reports, now_s)
         self._turns = Turns(Fence(epoch=epoch), timing, now_s)
-        self._agreement = Agreement(epoch, intent, mission, self._reports, self._turns.put_for.keys())
+        self._agreement = Agreement(epoch, intent, mission, self._reports, self._turns.put_for)
         self._draft = Draft(mission, intent.cause)
         self._telling = Telling(timing, self._reported, self._questions, self._turns, self._draft)
         self._no_room: set[int] = set()

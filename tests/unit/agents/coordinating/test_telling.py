@@ -40,7 +40,7 @@ def said(had_turn: set[int], *, is_made: bool) -> dict[int, ViewMessage]:
     telling.ask((*PLACED, OTHER))
     told: list[Command] = []
     if is_made:
-        agreement = Agreement(EPOCH, Intent(Cause.START), mission, reports, turns.put_for.keys())
+        agreement = Agreement(EPOCH, Intent(Cause.START), mission, reports, turns.put_for)
         told = telling.tell(agreement.drafted(PLACED, {}, turn=9), 0.0)
     odometry = Odometry(
         n=1, t_s=0.0, pose=report(1).place, moving=False, finished=0, fence=Fence(), phase=Phase.RUNNING
