@@ -41,7 +41,7 @@ class Epoch(Struct, frozen=True, gc=False, kw_only=True):
 
 
 class May(StrEnum):
-    """Who may move under a fence."""
+    """Which robots may move under a fence."""
 
     NOBODY = "nobody"
     ONE = "one"  # a turn lease

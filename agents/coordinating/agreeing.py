@@ -4,7 +4,7 @@ Rule 1: a strand turns round only if all its robots have reported places on its 
         only one. Otherwise the view drafts a strand as any other view does.
 """
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 
 from msgspec.structs import replace
@@ -85,7 +85,7 @@ class Agreement:
     mission: Mission
     reports: Reports
     """Of the view, as they come in."""
-    had_turn: Mapping[int, int]
+    had_turn: Collection[int]
     """The robots for which a turn was put, as they get one."""
 
     def drafted(self, order: Sequence[int], legs: Legs, *, turn: int) -> Plan:
@@ -175,7 +175,7 @@ class Agreement:
         vertices, counters = tuple(path), self.counters()
         map_number = max(report.map_number for report in reports.values())
         seen = next((reports[robot].seen for robot in self.newer_map(order[0])), None)
-        stranded = tuple(sorted((self.had_turn.keys() & reports.keys()) - {*order}))[:STRANDED_MAX]
+        stranded = tuple(sorted((reports.keys() & self.had_turn) - {*order}))[:STRANDED_MAX]
         neighbours = [
             Neighbour(robot=robot, life=reports[robot].life, s_m=places_m[robot]) for robot in order
         ]

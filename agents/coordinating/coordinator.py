@@ -67,7 +67,7 @@ class Coordinator:
         self._draft = Draft(mission, intent.cause)
         self._telling = Telling(timing, self._reported, self._questions, self._turns, self._draft)
         self._no_room: set[int] = set()
-        """Who had no turn, since no message can say where the strand ends."""
+        """The robots that had no turn, since no message can say where the strand ends."""
 
     def hear(self, robot: int, report: Report, now_s: float) -> None:
         """Take in a report; it is answered at the next `act`, whatever it says."""

@@ -1,7 +1,7 @@
-"""Who shows a liveliness token, as one robot sees it. Pure.
+"""Which processes show a liveliness token, as one robot sees it. Pure.
 
-Rule 1: a token that has gone, or has come back as another process's, ends nothing by itself: whoever is
-        heard of after that lives on.
+Rule 1: a token that has gone, or has come back as another process's, ends nothing by itself: a process
+        that is heard of after that lives on.
 Rule 2: a robot that does not see the world's token is cut off itself, and knows nothing of the others. When
         it sees that again, the tokens of the others may be on their way: they count as gone from then on.
 Rule 3: a live robot watches only the tokens that matter to it: all tokens for all robots are a square. What

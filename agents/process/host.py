@@ -143,8 +143,6 @@ class _Host:
         self._starting = Starting[Place]()
         self._killed: set[int] = set()
         """The processes that were killed by a fault."""
-        self._restarts: set[Place] = set()
-        """Robots to restart as soon as their process has ended."""
         self._failed: dict[Orders, int] = {}
         """The first bad exit code of each fleet that has one."""
         self._all_ended = asyncio.Event()
@@ -158,11 +156,11 @@ class _Host:
 
     def start(self, place: Place) -> None:
         """Have a robot started, for the first time or again."""
-        self._down.discard(place)
         self._starting.wait(place)
 
     def _fork(self) -> None:
         while (place := self._starting.next()) is not None:
+            self._down.discard(place)
             again = place in self._known
             self._known.add(place)
             pid = os.fork()
@@ -212,8 +210,7 @@ class _Host:
         match command.action:
             case ProcessAction.KILL:
                 self._killed.update(pids)
-                self._restarts.discard(place)  # the last command counts
-                if self._starting.forget(place):
+                if self._starting.forget(place):  # the last command counts
                     self._down.add(place)
                 number = signal.SIGKILL
             case ProcessAction.FREEZE:
@@ -224,16 +221,16 @@ class _Host:
                 self._fork()
                 number = signal.SIGCONT
             case ProcessAction.START:
-                self._start(place, pids)
+                self._start_again(place, pids)
                 return
             case ProcessAction.SLOW | ProcessAction.UNSLOW:
                 return  # robots receive that themselves
         for pid in pids if not command.done else ():
             os.kill(pid, number)  # the process exists: it has not been reaped
 
-    def _start(self, place: Place, pids: Sequence[int]) -> None:
+    def _start_again(self, place: Place, pids: Sequence[int]) -> None:
         if self._killed.intersection(pids):
-            self._restarts.add(place)  # the process that is being killed must end first
+            self._starting.wait(place, after=pids)
         elif not pids and (place in self._known or place in self._down):
             self.start(place)
             self._fork()
@@ -244,7 +241,7 @@ class _Host:
             pid, status = os.waitpid(-1, os.WNOHANG)
             if pid == 0:
                 return
-            self._starting.arrived([pid])
+            self._starting.ended(pid)
             place, exit_code = self._robots.pop(pid), os.waitstatus_to_exitcode(status)
             killed = pid in self._killed and exit_code == -signal.SIGKILL
             if killed:
@@ -257,9 +254,6 @@ class _Host:
                 told, robot = place
                 self._failed.setdefault(told, max(exit_code, ExitCode.FAILED))  # a signal's is negative
                 say(f"{told.name_of(robot)} {_how(exit_code)}")
-            if place in self._restarts and not self._ends:
-                self._restarts.discard(place)
-                self.start(place)
             self._fork()
         self._note_end()
 

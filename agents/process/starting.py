@@ -3,6 +3,7 @@
 Rule 1: few robots are on their way to a session at a time. A thousand at once keep each other and the router
         from it for longer than a handshake may take.
 Rule 2: a robot is on its way until it says that it is connected, or its process has ended.
+Rule 3: a robot is not started while a former process of it still ends: both would have the same session.
 """
 
 from collections import OrderedDict
@@ -20,13 +21,14 @@ class Starting(Generic[Place]):
     """The robots of a host that wait for their start, and the processes that have no session yet."""
 
     def __init__(self) -> None:
-        self._waiting: OrderedDict[Place, None] = OrderedDict()
+        self._waiting: OrderedDict[Place, set[int]] = OrderedDict()
+        """Each with the processes that must end before it is started."""
         self._held: set[Place] = set()
         self._connecting: set[int] = set()
 
-    def wait(self, place: Place) -> None:
-        """A robot is to be started; if it waits already, it is started once."""
-        self._waiting.setdefault(place)
+    def wait(self, place: Place, *, after: Iterable[int] = ()) -> None:
+        """A robot is to be started after these processes; if it waits already, it is started once."""
+        self._waiting.setdefault(place, set(after))
 
     def forget(self, place: Place) -> bool:
         """A robot is not to be started any more; returns whether it was waiting."""
@@ -53,7 +55,8 @@ class Starting(Generic[Place]):
         """The robot to start now; None: nobody waits who may be started, or enough are on their way."""
         if len(self._connecting) >= CONNECTING_MAX:
             return None
-        place = next((each for each in self._waiting if each not in self._held), None)
+        may_start = (each for each, after in self._waiting.items() if not after and each not in self._held)
+        place = next(may_start, None)
         if place is not None:
             del self._waiting[place]
         return place
@@ -63,8 +66,14 @@ class Starting(Generic[Place]):
         self._connecting.add(pid)
 
     def arrived(self, pids: Iterable[int]) -> None:
-        """These processes are connected, or have ended."""
+        """These processes are connected."""
         self._connecting.difference_update(pids)
+
+    def ended(self, pid: int) -> None:
+        """A process has ended."""
+        self._connecting.discard(pid)
+        for after in self._waiting.values():
+            after.discard(pid)
 
     def end(self) -> None:
         """Nobody is started any more."""

@@ -10,7 +10,6 @@ Rule 4: a folder has one campaign at a time, until its summary is written. A sec
 """
 
 import os
-import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from dataclasses import replace as replace_fields
@@ -41,7 +40,7 @@ from clew.swarm.plans import DRAWN
 from clew.swarm.swarm import draw
 from protocol.errors import UsageError
 from protocol.faults import plan as plans
-from protocol.files.opening import MADE_BYTES_MAX, open_regular, read_bytes
+from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from protocol.files.writing import check_ours, make_folder, open_private, would_be_lost, write_whole
 from protocol.law_files import copies, is_of_file, named
 from protocol.root import ROOT
@@ -54,9 +53,7 @@ PACKAGES = ("agents", "clew", "protocol", "world")
 _OURS = ("campaign", "coverage", "fields", "guided", "judge", "percentiles.py", "rehearsal", "swarm")
 PLAYED = ("agents", "protocol", "world", *(f"clew/{each}" for each in _OURS))
 """The source that decides how an episode goes and how it is judged."""
-HEAD = re.compile(rb'\s*{\s*"ok":\s*(true|false),\s*"interrupted":')
-"""How `campaign.json` begins, in every version of Clew."""
-HEAD_BYTES = 256  # no more is read: the file may be larger than we read in one piece
+CAMPAIGN_MARK = b'\n  "interrupted": '  # the second field of `campaign.json`, in every version of Clew
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -144,12 +141,7 @@ def run(
         for name, text in kept.items():
             write_whole(request.out / name, text)
         with _held(request.out / EPISODES_FILE) as file:
-            judged = {episode.key: episode.judged for episode in episodes}
-            done = {
-                key: outcome
-                for key, outcome in read_outcomes(request.out / EPISODES_FILE).items()
-                if key in judged and (outcome.judged or not judged[key])
-            }
+            done = _kept_of(episodes, read_outcomes(request.out / EPISODES_FILE))
             left = [each for each in episodes if each.key not in done]
             interrupted = False
             try:
@@ -175,15 +167,11 @@ def _check_folder(out: Path, kept: Mapping[str, bytes]) -> None:
 
     Raises:
         UsageError: it is a run's folder, or a file is there that is not ours and that we may replace.
-        OSError: that file cannot be read.
+        OSError: the file of a law there cannot be read.
     """
     if (out / EVENTS_FILE).exists():
         raise UsageError(f"{out}: is a run's folder, and a campaign never writes into one")
-    path = out / CAMPAIGN_FILE
-    if path.exists():
-        with open_regular(path) as file:
-            if HEAD.match(file.read(HEAD_BYTES)) is None:
-                raise UsageError(f"{path}: no campaign of Clew wrote this file, and one would replace it")
+    check_ours(out / CAMPAIGN_FILE, CAMPAIGN_MARK)
     copied = {} if (out / EPISODES_FILE).exists() else kept  # earlier copies in a campaign's folder are ours
     for name, text in copied.items():
         if (out / name).exists() and read_bytes(out / name, MADE_BYTES_MAX) not in {b"", text}:
@@ -204,6 +192,16 @@ def read_outcomes(path: Path) -> dict[str, Outcome]:
         if outcome.ending != OUT_OF_TIME:
             outcomes[outcome.key] = outcome
     return outcomes
+
+
+def _kept_of(episodes: Iterable[Episode], outcomes: Mapping[str, Outcome]) -> dict[str, Outcome]:
+    """The outcomes of these episodes, without those that are to be judged twice and were not."""
+    judged = {episode.key: episode.judged for episode in episodes}
+    return {
+        key: outcome
+        for key, outcome in outcomes.items()
+        if key in judged and (outcome.judged or not judged[key])
+    }
 
 
 def hash_of_source() -> str:
@@ -320,13 +318,15 @@ def _held(path: Path) -> FileIO:
     """The file of the outcomes, to append to. While it is open, no other campaign writes it (rule 4).
 
     Raises:
-        UsageError: another campaign is going on there.
+        UsageError: another campaign is going on there, or it cannot be opened.
         OSError: it cannot be read or written.
     """
     try:
         file = held_alone(open_private(path, "a"))
     except BlockingIOError as error:
         raise UsageError(f"{path.parent}: another campaign is going on there") from error
+    except OSError as error:
+        raise UsageError(f"cannot write {path}: {error.strerror}") from error
     written = read_bytes(path, MADE_BYTES_MAX)
     if written and not written.endswith(b"\n"):  # torn
         file.write(b"\n")

@@ -274,7 +274,7 @@ OF_VIEWS = (
         "    walls = scan_walls(view, mission)  # rule 1: no hit is left out\n",
         "    walls = scan_walls(view, mission, leave_out=view.ranges_m < 0.6)\n",
         check="tests/unit/agents/conversations/test_two_fleets.py::"
-        "test_whoever_comes_out_from_behind_a_neighbour_is_not_touched",
+        "test_a_robot_that_comes_out_from_behind_a_neighbour_is_not_touched",
     ),
     mutant(
         "epsilon-only",

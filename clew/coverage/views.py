@@ -46,7 +46,7 @@ class Views:
     order: tuple[int, ...] = ()
     """The newest strand that was to drive, leader first."""
     _proposed: defaultdict[int, set[int]] = field(default_factory=lambda: defaultdict(set))
-    """Who has raised each generation."""
+    """The robots that have raised each generation."""
     _taken: set[int] = field(default_factory=set)
     """The epochs that came into force."""
     _formed: dict[int, StrandFormed] = field(default_factory=dict)

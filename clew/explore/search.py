@@ -82,6 +82,13 @@ class _Reached:
         """The least number of faults by which it is reached."""
         return next(faults for faults, ways in enumerate(self.ways) if ways)
 
+    def also(self, other: "_Reached") -> None:
+        """Take in that it is reached in other ways, too."""
+        if other.faults < self.faults:
+            self.strikes = other.strikes
+        self.ways = [sum(both) for both in zip(self.ways, other.ways, strict=True)]
+        self.depth = max(self.depth, other.depth)
+
 
 class Exploration(Generic[State]):
     """One exploration of a system."""
@@ -144,12 +151,8 @@ class Exploration(Generic[State]):
             level = self._levels[rank] = {}
             heapq.heappush(self._ranks, rank)
         known = level.setdefault(state, reached)
-        if known is reached:
-            return
-        if reached.faults < known.faults:
-            known.strikes = reached.strikes
-        known.ways = [sum(both) for both in zip(known.ways, reached.ways, strict=True)]
-        known.depth = max(known.depth, reached.depth)
+        if known is not reached:
+            known.also(reached)
 
     def _result(self, ended: Ended, broken: Broken | None = None) -> Explored:
         return Explored(

@@ -22,9 +22,11 @@ from clew.fields.maze import maze
 from clew.fields.round import rings, spiral
 from clew.fields.scatter import scatter
 from clew.fields.shapes import DECIMALS, DRAWS, area_m2
+from protocol.errors import UsageError
 from protocol.run_settings import SEED_MAX
 from world.chance import stream
 from world.geometry.shapes import Circle, Polygon
+from world.scenario.scenario import OBSTACLES_MAX
 from world.scenario.scene import EPSILON_M_MAX, EPSILON_RADII
 
 ROBOTS = 5  # the lanes have room for so many
@@ -109,8 +111,19 @@ class Field(Struct, frozen=True, kw_only=True):
 
 
 def scene(field: Field) -> dict[str, Any]:
-    """The field as a `clew-scene/1` [m; world frame]; the fleet starts on its left."""
-    return _built(field) if field.kind in BUILT else _scattered(field)
+    """The field as a `clew-scene/1` [m; world frame]; the fleet starts on its left.
+
+    Raises:
+        UsageError: it has more obstacles than a scenario may have.
+    """
+    made = _built(field) if field.kind in BUILT else _scattered(field)
+    if sum(len(made[each]) for each in ("circles", "polygons", "walls")) > OBSTACLES_MAX:
+        width_m, height_m = field.size_m
+        raise UsageError(
+            f"clew field: $.size_m: {field.kind} of {width_m:g} x {height_m:g} m have more than"
+            f" {OBSTACLES_MAX} obstacles, and a scenario may not; make the ground smaller, or less dense"
+        )
+    return made
 
 
 def mark(kind: str, seed: int) -> bytes:

@@ -1,7 +1,7 @@
 """Scatters obstacles over a rectangle [m; world frame], with a least gap between any two."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.random import Generator
@@ -10,14 +10,28 @@ from clew.fields.shapes import Draw, Obstacle, area_m2, extent, moved
 from protocol.arrays import Floats
 from world.geometry.clearance import clearance, distances
 from world.geometry.shapes import Circle, Polygon, ground_of
+from world.scenario.scenario import OBSTACLES_MAX
 
 TRIES = 200  # so many failures in a row mean that the field is full
 
 
-class _Placed(NamedTuple):
-    obstacle: Obstacle
-    low: Floats
-    high: Floats
+@dataclass(slots=True)
+class _Placed:
+    """The obstacles so far, and the corners of the boxes around them (n, 2)."""
+
+    obstacles: list[Obstacle] = field(default_factory=list)
+    low: Floats = field(default_factory=lambda: np.empty((0, 2)))
+    high: Floats = field(default_factory=lambda: np.empty((0, 2)))
+
+    def near(self, low: Floats, high: Floats, within_m: float) -> list[Obstacle]:
+        """The obstacles whose boxes are nearer than this to another box, along both axes."""
+        beside_m = np.maximum(self.low - high, low - self.high)
+        return [self.obstacles[row] for row in np.flatnonzero((beside_m < within_m).all(axis=1))]
+
+    def add(self, obstacle: Obstacle, low: Floats, high: Floats) -> None:
+        """Place one more."""
+        self.obstacles.append(obstacle)
+        self.low, self.high = np.vstack([self.low, low]), np.vstack([self.high, high])
 
 
 def scatter(
@@ -29,7 +43,7 @@ def scatter(
     least_width_m: float,
     unit_m: float,
 ) -> list[Obstacle]:
-    """Obstacles in a rectangle at the origin, until they cover their share or no more fit.
+    """Obstacles in a rectangle at the origin, until they cover their share, or no more fit or are allowed.
 
     Args:
         draws: the shapes to choose from.
@@ -39,33 +53,24 @@ def scatter(
         least_width_m: gap between obstacles, and to the sides along x; 0: they may overlap.
         unit_m: unit of the sizes of shapes.
     """
-    placed: list[_Placed] = []
+    placed = _Placed()
     beside = np.array([0.0, least_width_m])
     covered_m2, in_vain = 0.0, 0
-    while covered_m2 < density * size_m[0] * size_m[1] and in_vain < TRIES:
+    to_cover_m2 = density * size_m[0] * size_m[1]
+    while covered_m2 < to_cover_m2 and in_vain < TRIES and len(placed.obstacles) < OBSTACLES_MAX:
         drawn = draws[int(chance.integers(len(draws)))](chance, unit_m)
         by_m = chance.uniform((0.0, 0.0), size_m)
         low, high = extent(drawn, by_m)
         in_vain += 1
         # This comes first: most drawn ones are not inside, and making an obstacle takes longer.
         if (low >= beside).all() and (high <= size_m - beside).all():
-            one = _Placed(moved(drawn, by_m), low, high)
-            if _is_apart(one, placed, least_width_m):
-                placed.append(one)
-                covered_m2 += area_m2(one.obstacle)
+            one = moved(drawn, by_m)
+            near = placed.near(low, high, least_width_m) if least_width_m > 0.0 else []
+            if not near or _apart_m(one, near) >= least_width_m:
+                placed.add(one, low, high)
+                covered_m2 += area_m2(one)
                 in_vain = 0
-    return [each.obstacle for each in placed]
-
-
-def _is_apart(one: _Placed, placed: Sequence[_Placed], least_width_m: float) -> bool:
-    if least_width_m == 0.0:
-        return True
-    near = [
-        other.obstacle
-        for other in placed
-        if (np.maximum(other.low - one.high, one.low - other.high) < least_width_m).all()
-    ]
-    return not near or _apart_m(one.obstacle, near) >= least_width_m
+    return placed.obstacles
 
 
 def _apart_m(obstacle: Obstacle, others: Sequence[Obstacle]) -> float:

@@ -52,7 +52,7 @@ class Row:
     """Lost messages to it and lost orders from it."""
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class _Way:
     """The values that a row keeps until there are newer ones."""
 
@@ -134,9 +134,10 @@ class Scoreboard:
             return
         if (order.epoch, order.turn) == (robot.epoch, strand.turn):
             here_m = along_m(order, track.at)
-            way.step = strand.step_at(here_m) or way.step
+            step, share = strand.step_at(here_m) or way.step, way.share
             if strand.goal_m is not None and strand.goal_m > here_m:
-                way.share = track.driven_m / (track.driven_m + strand.goal_m - here_m)
+                share = track.driven_m / (track.driven_m + strand.goal_m - here_m)
+            self._ways[number] = _Way(step, share)
 
     @property
     def rows(self) -> list[Row]:

@@ -54,9 +54,9 @@ class Finding:
     places_m: dict[int, tuple[float, float]]
     """Where each body stands at the end."""
     chain: tuple[int, ...]
-    """Who stands in place, from the goal on; without a goal, the longest chain."""
+    """The robots that stand in place, from the goal on; without a goal, the longest chain."""
     in_place: frozenset[int]
-    """Who stands in any such chain: the head of another one may have died, unnoticed until the end."""
+    """The robots in any such chain: the head of another one may have died, unnoticed until the end."""
     broken: tuple[str, ...]
     """Broken promises, each after its code and its name."""
     missed: tuple[str, ...]

@@ -80,10 +80,9 @@ def replay(run: Path, robot: int | None = None) -> Replay:
         UsageError: there is nothing to replay, or a file is no journal.
     """
     name = "r*" if robot is None else robot_name(robot)
-    found = journals_in(run, name)
     robots: list[Replayed] = []
     going_on = is_running(run)
-    recordings = sorted(map(Recording, found), key=lambda each: (each.head.robot, each.path.name))
+    recordings = sorted(journals_in(run, name), key=lambda each: (each.head.robot, each.path.name))
     for recording in recordings:
         robots.append(replay_recording(recording, going_on=going_on))
         if robots[-1].difference is not None:

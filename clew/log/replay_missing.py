@@ -3,15 +3,17 @@
 Rule 1: every robot in the header has a process, and each process in the log has a journal.
 Rule 2: a journal begins with the mission, so a process that was killed before its mission has none. Until
         then, the log shows only its start and the effects on messages to it.
-Rule 3: an empty journal is none.
+Rule 3: an empty journal is none, and so is one without a whole record.
 """
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from msgspec import Struct
 
 from agents.process.journal import SUFFIX, Head, journal_file
+from clew.log.journals.recording import NoRecordError, Recording
 from clew.log.log import Log
 from clew.log.summary import field_of
 from protocol.errors import UsageError
@@ -42,12 +44,18 @@ class Missing(Struct, frozen=True, kw_only=True):
     excuse: str | None
     """Why it may have none; None: it must have one."""
     is_empty: bool
-    """Whether its journal is there, but nothing is in it."""
+    """Whether its journal is there, without a whole record."""
 
 
-def journals_in(run: Path, name: str) -> list[Path]:
-    """The journals in the folder of a run that are not empty (rule 3), of robots of that name or pattern."""
-    return sorted(path for path in (run / INPUTS).glob(f"{name}-*{SUFFIX}") if path.lstat().st_size > 0)
+def journals_in(run: Path, name: str) -> Iterator[Recording]:
+    """The journals in the folder of a run (rule 3), of robots of that name or pattern.
+
+    Raises:
+        UsageError: a file in the place of a journal is none.
+    """
+    for path in sorted((run / INPUTS).glob(f"{name}-*{SUFFIX}")):
+        with contextlib.suppress(NoRecordError):
+            yield Recording(path)
 
 
 def missing(run: Path, journals: Sequence[Head], robot: int | None) -> tuple[Missing, ...] | None:

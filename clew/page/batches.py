@@ -168,10 +168,8 @@ class Batches:
 
     def _start(self) -> Start | None:
         """The leader's first place; sent once."""
-        start = self.story.steps.start
-        if start is None or self._told.start:
+        if (start := self._told.start(self.story)) is None:
             return None
-        self._told.start = True
         return Start(t_s=start.t_s, robot=start.robot, distances_m=self._distances_m(start.at))
 
     def _steps(self) -> Iterator[StepRow]:

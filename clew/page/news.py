@@ -7,6 +7,7 @@ from clew.page.columns import DECIMALS, MS, column
 from clew.story.links import LinkChange
 from clew.story.losses import Book
 from clew.story.states import State
+from clew.story.steps import Place
 from clew.story.story import Story
 
 LANES = {
@@ -30,11 +31,18 @@ class Told:
     """The sent part of a story."""
 
     def __init__(self) -> None:
-        self.start = False
+        self._start = False
         self._states, self._links, self._strands, self._taken, self._closed, self._laid = 0, 0, 0, 0, 0, 0
         self._lanes: dict[int, str] = {}
         self._steps: dict[int, StepRow] = {}
         self._paths: dict[str, list[tuple[float, float]]] = {}
+
+    def start(self, story: Story) -> Place | None:
+        """The leader's first place, as soon as it is known."""
+        if self._start or story.steps.start is None:
+            return None
+        self._start = True
+        return story.steps.start
 
     def lanes(self, story: Story) -> Iterator[Lane]:
         """Changes in the robots' reasons to wait."""

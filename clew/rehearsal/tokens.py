@@ -59,7 +59,7 @@ class Tokens:
         self._watched: dict[int, frozenset[int] | None] = {}
         """The robots that each watches; None: all."""
         self._begun: set[int] = set()
-        """Who has begun to watch since the last look."""
+        """The robots that have begun to watch since the last look."""
         self._look_at_s = -math.inf
         """No token changes before this time, unless a method is called."""
 

@@ -22,6 +22,16 @@ class Track:
     driven_m: float = 0.0
     clearance_m_min: float = math.inf
 
+    def move(self, here: Point) -> float:
+        """The body is here now; returns how far it has come from where it was [m]."""
+        moved_m = math.hypot(here.x_m - self.at.x_m, here.y_m - self.at.y_m)
+        self.at, self.driven_m = here, self.driven_m + moved_m
+        return moved_m
+
+    def pass_by(self, near_m: float) -> None:
+        """The body has come so near to an obstacle."""
+        self.clearance_m_min = min(self.clearance_m_min, near_m)
+
 
 @dataclass(slots=True)
 class Motion:
@@ -35,15 +45,15 @@ class Motion:
     def see(self, robot: int, here: Point) -> bool:
         """A body has been seen; returns whether it has moved."""
         track = self.tracks.get(robot)
-        before = here if track is None else track.at
-        moved_m = math.hypot(here.x_m - before.x_m, here.y_m - before.y_m)
         if track is None:
             self.tracks[robot] = Track(here)
-        else:
-            track.at, track.driven_m = here, track.driven_m + moved_m
-        if track is None or moved_m > 0.0:
+            self._moves.append((robot, here, here))
+            return False
+        before = track.at
+        has_moved = track.move(here) > 0.0
+        if has_moved:
             self._moves.append((robot, before, here))
-        return moved_m > 0.0
+        return has_moved
 
     def measure(self) -> None:
         """Bring the clearances up to date."""
@@ -53,6 +63,5 @@ class Motion:
         ends = np.array([(here.x_m, here.y_m) for _, _, here in self._moves])
         least_m = clearance(self.ground, starts, ends) - self.radius_m
         for (robot, _, _), near_m in zip(self._moves, least_m.tolist(), strict=True):
-            track = self.tracks[robot]
-            track.clearance_m_min = min(track.clearance_m_min, near_m)
+            self.tracks[robot].pass_by(near_m)
         self._moves.clear()

@@ -264,49 +264,37 @@ class ZenohTransport:
 
     def _arrived_as(self, raw: _Raw) -> Arrival | None:
         """What has arrived; None: a token that is not watched, or a list while others are to come."""
-        if isinstance(raw, _Sample):
-            return self._heard(raw)
         if isinstance(raw, _Listed):
             waited = raw.pattern is None or raw.pattern in self._unlisted
             self._unlisted -= {raw.pattern}
             return Listed() if waited and not self._unlisted else None
+        key = str(raw.key_expr) if isinstance(raw, zenoh.Query) else raw.key
+        if isinstance(raw, _Token) and not any(matches(pattern, key) for pattern in self._watches):
+            return None
+        try:
+            _check_key(key)
+            return self._read(raw, key)
+        except MessageRefusedError as error:
+            self._traffic.refuse(key[:KEY_LENGTH_MAX])
+            return Refused(key[:KEY_LENGTH_MAX], str(error))
+
+    def _read(self, raw: _Sample | zenoh.Query | _Token, key: str) -> Heard | Asked | Appeared | Vanished:
+        """What has arrived on a key that may be ours.
+
+        Raises:
+            MessageRefusedError: the message is damaged.
+        """
+        if isinstance(raw, _Sample):
+            number, message = decode(raw.payload, key)
+            if raw.is_answer:
+                return Heard(key, 0, message)
+            self._traffic.receive(key, number)
+            return Heard(key, number, message)
         if isinstance(raw, zenoh.Query):
-            return self._asked(raw)
-        return self._token(raw) if any(matches(pattern, raw.key) for pattern in self._watches) else None
-
-    def _heard(self, sample: _Sample) -> Heard | Refused:
-        key = sample.key
-        try:
-            _check_key(key)
-            number, message = decode(sample.payload, key)
-        except MessageRefusedError as error:
-            return self._refused(key, error)
-        if sample.is_answer:
-            return Heard(key, 0, message)
-        self._traffic.receive(key, number)
-        return Heard(key, number, message)
-
-    def _token(self, token: _Token) -> Appeared | Vanished | Refused:
-        key = token.key
-        try:
-            _check_key(key)
-        except MessageRefusedError as error:
-            return self._refused(key, error)
-        self._deafness.see(key, shown=token.shown)
-        return Appeared(key) if token.shown else Vanished(key)
-
-    def _asked(self, query: zenoh.Query) -> Asked | Refused:
-        key = str(query.key_expr)
-        try:
-            _check_key(key)
-            _, message = decode(query.payload.to_bytes() if query.payload else b"", key)
-        except MessageRefusedError as error:
-            return self._refused(key, error)
-        return Asked(key, message, lambda answer: _reply(query, key, answer))
-
-    def _refused(self, key: str, error: MessageRefusedError) -> Refused:
-        self._traffic.refuse(key[:KEY_LENGTH_MAX])
-        return Refused(key[:KEY_LENGTH_MAX], str(error))
+            _, message = decode(raw.payload.to_bytes() if raw.payload else b"", key)
+            return Asked(key, message, lambda answer: _reply(raw, key, answer))
+        self._deafness.see(key, shown=raw.shown)
+        return Appeared(key) if raw.shown else Vanished(key)
 
 
 @contextlib.contextmanager
@@ -370,8 +358,5 @@ def _check_key(key: str) -> None:
 
 
 def _reply(query: zenoh.Query, key: str, message: Message) -> None:
-    with (
-        query,
-        contextlib.suppress(zenoh.ZError),
-    ):  # the asking process may have given up, or the router
+    with query, contextlib.suppress(zenoh.ZError):  # the asking process may have given up, or the router
         query.reply(key, encode(message, 0, key))  # sent with the congestion control of the query

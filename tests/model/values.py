@@ -30,7 +30,7 @@ class Named(NamedTuple):
 
 
 class May(StrEnum):
-    """Who may move by a fence, where it is not one robot."""
+    """Which robots may move by a fence, where it is not one robot."""
 
     NOBODY = "nobody"
     ALL = "all"

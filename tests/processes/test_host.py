@@ -187,6 +187,28 @@ async def test_a_start_of_a_robot_that_is_alive_does_not_undo_its_later_kill() -
         assert len(world.pids("r2")) == 1
 
 
+async def test_a_robot_that_is_killed_started_and_frozen_at_once_starts_when_it_is_thawed() -> None:
+    async with host("1-3") as (world, process):
+        process.send_signal(signal.SIGSTOP)  # so it hears the next three together
+        for action in (ProcessAction.KILL, ProcessAction.START, ProcessAction.FREEZE):
+            world.strike("r2", action)
+        process.send_signal(signal.SIGCONT)
+        until_reaped(world, "r2")
+        os.kill(world.pid("r1"), signal.SIGKILL)
+        until_reaped(world, "r1")  # so the host has gone on after the end of r2
+        assert children(process) == [world.pid("r3")]
+        world.strike("r2", ProcessAction.THAW)
+        await world.until(lambda: len(world.pids("r2")) == 2)
+        world.tell(0.0, Phase.CLOSING, "r2", "r3")
+        await world.until_recorded(TrafficCounted, ["r2", "r3"])
+        assert ended(process) == (0, "robot 1 was ended by SIGKILL\n")
+
+
+def children(process: subprocess.Popen[str]) -> list[int]:
+    """The processes that a process has forked, and that it has not reaped."""
+    return [int(pid) for pid in Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()]
+
+
 def until_reaped(world: PlayedWorld, *names: str) -> None:
     """Wait until the host has reaped these robots."""
     wait_until(lambda: None if any(Path(f"/proc/{world.pid(name)}").exists() for name in names) else True)
@@ -232,43 +254,44 @@ sys.exit(main())
 """
 
 
-async def test_a_robot_that_is_killed_while_it_waits_to_be_started_waits_for_a_start() -> None:
+@asynccontextmanager
+async def second_struck_while_it_waits(
+    action: ProcessAction,
+) -> AsyncIterator[tuple[PlayedWorld, subprocess.Popen[str]]]:
+    """A host that has started two of its three robots, since a fault struck the other before its start."""
     with session_folder() as folder, router(folder), world_transport(folder) as transport:
         world = PlayedWorld(transport, folder)
         options = ("--robots", "1-3", "--sessions", str(folder), "--lifeline")
         with python("-c", ONE_AT_A_TIME, *options) as process:
             wait_until(lambda: (folder / "h1.sock").exists() or None)
-            world.strike("r2", ProcessAction.KILL)
+            world.strike("r2", action)
             (folder / "go").touch()
             await world.until_recorded(RobotStarted, ["r1", "r3"])
             assert world.pids("r2") == []
-            world.strike("r2", ProcessAction.START)
-            await world.until_recorded(RobotStarted, ["r2"])
-            world.tell(0.0, Phase.CLOSING)
-            await world.until_recorded(TrafficCounted)
-            assert ended(process) == (0, "")
+            yield world, process
+
+
+async def test_a_robot_that_is_killed_while_it_waits_to_be_started_waits_for_a_start() -> None:
+    async with second_struck_while_it_waits(ProcessAction.KILL) as (world, process):
+        world.strike("r2", ProcessAction.START)
+        await world.until_recorded(RobotStarted, ["r2"])
+        world.tell(0.0, Phase.CLOSING)
+        await world.until_recorded(TrafficCounted)
+        assert ended(process) == (0, "")
 
 
 async def test_a_robot_that_is_frozen_while_it_waits_to_be_started_starts_when_it_is_thawed() -> None:
-    with session_folder() as folder, router(folder), world_transport(folder) as transport:
-        world = PlayedWorld(transport, folder)
-        options = ("--robots", "1-3", "--sessions", str(folder), "--lifeline")
-        with python("-c", ONE_AT_A_TIME, *options) as process:
-            wait_until(lambda: (folder / "h1.sock").exists() or None)
-            world.strike("r2", ProcessAction.FREEZE)
-            (folder / "go").touch()
-            await world.until_recorded(RobotStarted, ["r1", "r3"])
-            assert world.pids("r2") == []
-            world.strike("r2", ProcessAction.START)  # it is frozen, not dead
-            for name in ("r1", "r3"):
-                os.kill(world.pid(name), signal.SIGKILL)
-                until_reaped(world, name)
-            assert world.pids("r2") == []
-            world.strike("r2", ProcessAction.THAW)
-            await world.until_recorded(RobotStarted, ["r2"])
-            world.tell(0.0, Phase.CLOSING, "r2")
-            await world.until_recorded(TrafficCounted, ["r2"])
-            assert ended(process) == (0, "robot 1 was ended by SIGKILL\nrobot 3 was ended by SIGKILL\n")
+    async with second_struck_while_it_waits(ProcessAction.FREEZE) as (world, process):
+        world.strike("r2", ProcessAction.START)  # it is frozen, not dead
+        for name in ("r1", "r3"):
+            os.kill(world.pid(name), signal.SIGKILL)
+            until_reaped(world, name)
+        assert children(process) == []
+        world.strike("r2", ProcessAction.THAW)
+        await world.until_recorded(RobotStarted, ["r2"])
+        world.tell(0.0, Phase.CLOSING, "r2")
+        await world.until_recorded(TrafficCounted, ["r2"])
+        assert ended(process) == (0, "robot 1 was ended by SIGKILL\nrobot 3 was ended by SIGKILL\n")
 
 
 async def test_a_frozen_robot_shows_no_token_until_it_is_thawed() -> None:

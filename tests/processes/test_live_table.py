@@ -29,9 +29,9 @@ def terminal() -> Iterator[Terminal]:
     terminal.close()
 
 
-def begin(fleet: Fleet, terminal: Terminal, *arguments: str, term: str = "xterm-256color") -> None:
+def begin(fleet: Fleet, terminal: Terminal, *arguments: str) -> None:
     """Start a fleet as a user at this terminal would."""
-    fleet.start_on(terminal.theirs, *arguments, TERM=term)
+    fleet.start_on(terminal.theirs, *arguments, TERM="xterm-256color")
     terminal.begin()
 
 

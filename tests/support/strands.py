@@ -39,12 +39,12 @@ def driving(epoch: int, *order: int, number: int = ALL_TURN) -> Told:
     return "world", fence
 
 
-def formed(epoch: int, *order: int, turn: int = ALL_TURN, back_by_m: float = 0.0) -> StrandFormed:
+def formed(epoch: int, *order: int, back_by_m: float = 0.0) -> StrandFormed:
     """Robots a metre apart on the x axis, the leader at the right."""
     count = len(order)
     return StrandFormed(
         epoch=epoch,
-        turn=turn,
+        turn=ALL_TURN,
         order=order,
         lives=("a",) * count,
         places_m=tuple(float(count - 1 - rank) for rank in range(count)),
@@ -71,7 +71,6 @@ def ordered(
     epoch: int,
     number: int = 1,
     turn: int = ALL_TURN,
-    life: str = "a",
     step: int = 0,
     x_m: float = 0.0,
     y_m: float = 0.0,
@@ -84,7 +83,7 @@ def ordered(
         number=number,
         epoch=epoch,
         turn=turn,
-        life=life,
+        life="a",
         step=step,
         x_m=x_m,
         y_m=y_m,

@@ -103,7 +103,7 @@ class Past:
     lines: InitVar[Iterable[Line]]
     """Its entries; they are heard once, and not kept."""
     others: InitVar[Sequence[Hear]] = ()
-    """Whoever else is to hear them, at the same time."""
+    """What else is to hear them, at the same time."""
     count: int = 0
     """The number of entries."""
     life: int = 1

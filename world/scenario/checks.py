@@ -1,6 +1,7 @@
 """The relations that a scenario must satisfy; each refusal is one line: path, bound, value."""
 
 import math
+import re
 from collections.abc import Sequence
 from itertools import combinations, pairwise
 from typing import NoReturn
@@ -259,6 +260,14 @@ def untouched(movers: Movers, section: Fleet, poses: Sequence[Pose]) -> None:
         if apart_m[nearest] <= section.robot_radius_m:
             rule = f"> robot_radius_m = {section.robot_radius_m:g} m away from $.moving[{nearest}] at t = 0 s"
             _refuse(path, rule, f"{apart_m[nearest]:.6g} m at {_at(place)}")
+
+
+NO_ROOM_HINT = "use fewer robots (-n), or --deployment random"
+
+
+def queue_fits(refusal: str) -> bool:
+    """Whether a refusal says nothing against the places of robots that queue behind robot 1."""
+    return re.search(r"start, place of robot (?!1:)", refusal) is None
 
 
 def _stands(section: Fleet, poses: Sequence[Pose], goal: Goal | None) -> list[tuple[str, Pose | Point]]:

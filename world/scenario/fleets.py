@@ -27,7 +27,7 @@ from world.geometry.moving import Moving, top_speed_mps
 from world.geometry.shapes import Circle, Shape
 from world.scenario.budget import sure_range_m
 from world.scenario.reading import name_law, read_found
-from world.scenario.scenario import Scenario
+from world.scenario.scenario import OBSTACLES_MAX, Scenario
 from world.scenario.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
 
 FLEET_NAME = r"[a-z][a-z0-9-]*"
@@ -60,7 +60,9 @@ class SharedGround(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     drive: DriveSection
     time: TimeSection
     bounds: Bounds | None = None
-    obstacles: Annotated[tuple[Shape, ...], Meta(max_length=10_000)] = field(default=(), name="obstacle")
+    obstacles: Annotated[tuple[Shape, ...], Meta(max_length=OBSTACLES_MAX)] = field(
+        default=(), name="obstacle"
+    )
     moving: Annotated[tuple[Moving, ...], Meta(max_length=1000)] = ()
     obstacle_speed_mps_max: Speed | None = None
 

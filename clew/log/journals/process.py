@@ -68,14 +68,9 @@ class Sent:
 class Process:
     """One process of a robot."""
 
-    def __init__(self, path: Path) -> None:
-        """Read its journal.
-
-        Raises:
-            UsageError: the file is no journal.
-        """
-        recording = Recording(path)
-        self.path = path
+    def __init__(self, recording: Recording) -> None:
+        """Read its journal."""
+        self.path = recording.path
         self.head = recording.head
         self.robot = recording.head.robot
         self.name = robot_name(self.robot)
@@ -110,7 +105,7 @@ def processes_of(run: Path) -> list[Process]:
     Raises:
         UsageError: a file in the place of a journal is none.
     """
-    found = (Process(path) for path in journals_in(run, "*"))
+    found = map(Process, journals_in(run, "*"))
     # A process that was started again has heard of tokens at 0 s, before its first odometry.
     return sorted(found, key=lambda each: (each.robot, each.turns[-1].input.now_s if each.turns else 0.0))
 

@@ -40,6 +40,10 @@ class Turn:
         return event
 
 
+class NoRecordError(UsageError):
+    """A journal without a whole record: its writer was killed as it began, or its disk has lost the rest."""
+
+
 class Recording:
     """A journal as it is read, turn by turn. Its flaw is known only after the last turn."""
 
@@ -47,7 +51,8 @@ class Recording:
         """Open a journal.
 
         Raises:
-            UsageError: the file does not begin like a journal.
+            NoRecordError: the file has no whole record.
+            UsageError: it does not begin like a journal.
         """
         self.path = path
         self.ended: str | None = None
@@ -64,7 +69,8 @@ class Recording:
         except OSError as error:
             raise UsageError(f"{path}: {error.strerror}") from error
         if not isinstance(head, Head) or head.schema != SCHEMA:
-            raise UsageError(f"{path}: does not begin as a journal of schema {SCHEMA!r}")
+            kind = NoRecordError if head is None and not self.damaged else UsageError
+            raise kind(f"{path}: does not begin as a journal of schema {SCHEMA!r}")
         self.head = head
 
     @property
@@ -137,7 +143,8 @@ class _Content:
 
     def __init__(self, file: BufferedReader) -> None:
         self._file = file
-        self._gzip = zlib.decompressobj(GZIP) if file.peek(len(PACKED)).startswith(PACKED) else None
+        begin = file.peek(len(PACKED))[: len(PACKED)]  # of a torn file it may be shorter
+        self._gzip = zlib.decompressobj(GZIP) if PACKED.startswith(begin) else None
         self.read_bytes = 0
         """The bytes of content that were read so far."""
 

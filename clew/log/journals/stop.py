@@ -103,11 +103,10 @@ def gaps(run: Path, robot: int | None) -> list[str]:
 
 
 def _recordings(run: Path, robot: int | None) -> Sequence[Recording]:
-    name = "r*" if robot is None else robot_name(robot)
-    found = journals_in(run, name)
+    found = list(journals_in(run, "r*" if robot is None else robot_name(robot)))
     if not found:
         raise nothing_to_replay(run, robot)
-    return [Recording(path) for path in found]
+    return found
 
 
 def _stops(recording: Recording, until_s: float | None) -> Iterator[Stop]:

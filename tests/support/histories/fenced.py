@@ -42,7 +42,6 @@ def fence(
     may: May = May.NOBODY,
     *,
     named: int = 0,
-    life: str | None = None,
     members: int = 0,
     cause: Cause | None = None,
 ) -> FenceChanged:
@@ -52,7 +51,7 @@ def fence(
         turn=turn,
         may=may,
         coordinator=coordinator,
-        life=LIVES.get(coordinator, "") if life is None else life,
+        life=LIVES.get(coordinator, ""),
         named=named,
         named_life=LIVES[named] if may is May.ONE else "",
         members=members,

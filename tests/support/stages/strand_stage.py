@@ -47,27 +47,22 @@ def formation(
     path: Path,
     *,
     epoch: Epoch = EPOCH,
-    lives: Mapping[int, int] | None = None,
     driven: bool = False,
     back_by_m: float = 0.0,
     counters: Counters = Counters(),  # noqa: B008 - it is frozen
     heals: bool = False,
-    led_by: int = 0,
 ) -> Formation:
     """What the coordinator tells one member, in one piece."""
     rank = list(order).index(robot)
 
-    def life(of: int) -> int:
-        return life_of(of) if lives is None else lives[of]
-
     def neighbour(at: int) -> Neighbour | None:
         if not 0 <= at < len(order):
             return None
-        return Neighbour(robot=order[at], life=life(order[at]), s_m=places_m[order[at]])
+        return Neighbour(robot=order[at], life=life_of(order[at]), s_m=places_m[order[at]])
 
     return Formation(
         epoch=epoch,
-        life=life(robot),
+        life=life_of(robot),
         turn=TURN,
         members=len(order),
         rank=rank,
@@ -79,7 +74,7 @@ def formation(
         back_by_m=back_by_m,
         counters=counters,
         heals=heals,
-        led_by=led_by,
+        led_by=0,
         first=0,
         vertices=len(path),
         path=tuple(path),
@@ -94,9 +89,9 @@ def queued(robot: int, order: Sequence[int] = ORDER, *, back_by_m: float = 0.0) 
     return formation(robot, order, PLACES, places_m, path, back_by_m=back_by_m)
 
 
-def place(robot: int, order: Sequence[int] = ORDER, *, now_s: float = 0.0, back_by_m: float = 0.0) -> Strand:
+def place(robot: int, order: Sequence[int] = ORDER, *, back_by_m: float = 0.0) -> Strand:
     told = queued(robot, order, back_by_m=back_by_m)
-    return Strand(robot, told, queue_path(order, PLACES), MISSION, now_s)
+    return Strand(robot, told, queue_path(order, PLACES), MISSION, 0.0)
 
 
 def leading() -> Strand:
@@ -122,8 +117,6 @@ def ahead(
     authority_m: float = 0.0,
     progress_m: float = 2.0,
     backs_up: bool = False,
-    arrived: bool = False,
-    handed: Handover | None = None,
 ) -> AheadState:
     """What robot 2 hears from the one ahead."""
     return AheadState(
@@ -134,10 +127,10 @@ def ahead(
         path=path,
         progress_m=progress_m,
         authority_m=authority_m,
-        arrived=arrived,
+        arrived=False,
         vertices=path_from + len(path),
         backs_up=backs_up,
-        handed=handed,
+        handed=None,
     )
 
 

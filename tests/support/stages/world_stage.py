@@ -35,14 +35,12 @@ def planned(target: Point, *, step: int = 1, epoch: int = EPOCH, reach_m: float 
     return replace(plan, promised_clearance_m=0.0)
 
 
-def formed(
-    order: tuple[int, ...], places: tuple[Point, ...], *, epoch: int = EPOCH, turn: int = 1
-) -> StrandFormed:
+def formed(order: tuple[int, ...], places: tuple[Point, ...], *, epoch: int = EPOCH) -> StrandFormed:
     """A formation of robots that stand at these places, leader first; the legs between them are straight."""
     legs_m = [math.dist((a.x_m, a.y_m), (b.x_m, b.y_m)) for a, b in pairwise(places)]
     return StrandFormed(
         epoch=epoch,
-        turn=turn,
+        turn=1,
         order=order,
         lives=tuple(f"{life_of(robot):x}" for robot in order),
         places_m=tuple(sum(legs_m[rank:]) for rank in range(len(order))),

@@ -43,7 +43,9 @@ def beside_a_wall(obstacle_speed_mps_max: float) -> Scenario:
 
 
 @pytest.mark.parametrize("obstacle_speed_mps_max", [0.0, 0.1])
-def test_who_drives_a_driven_leg_keeps_off_a_body_that_died_beside_it(obstacle_speed_mps_max: float) -> None:
+def test_a_robot_that_drives_a_driven_leg_keeps_off_a_body_that_died_beside_it(
+    obstacle_speed_mps_max: float,
+) -> None:
     """V3 of the design, where a watch replaces looking: the stage asks for S2, also of ordered ground."""
     stage = ViewStage.begun(scenario=beside_a_wall(obstacle_speed_mps_max))
     stage.kill(3)

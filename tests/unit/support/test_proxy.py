@@ -48,11 +48,11 @@ async def through_proxy(seed: int = 1) -> AsyncIterator[tuple[Proxy, Streams]]:
             writer.close()
 
 
-async def answer(streams: Streams, said: bytes, *, size_bytes: int | None = None) -> bytes:
+async def answer(streams: Streams, said: bytes) -> bytes:
     """What comes back for what is said."""
     reader, writer = streams
     writer.write(said)
-    return await reader.readexactly(len(said) if size_bytes is None else size_bytes)
+    return await reader.readexactly(len(said))
 
 
 def differing_bits(one: bytes, other: bytes) -> int:

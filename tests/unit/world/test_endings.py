@@ -227,6 +227,13 @@ def strand(stage: Stage, coordinator: int, robot: int) -> None:
     stage.write(coordinator, RobotStranded(epoch=epoch, robot=robot, reason="a body plugs the way", by=1))
 
 
+def form_without_second(stage: Stage) -> None:
+    """A new view finds no way for robot 2, and forms the strand."""
+    epoch = stage.fence.epoch.next(1, life_of(1)).number
+    stage.write(1, RobotStranded(epoch=epoch, robot=2, reason="a body plugs the way"))
+    stage.form()
+
+
 def ends_within(stage: Stage, seconds: float) -> Ending | None:
     """How the run ends when time goes on for this long."""
     for _ in range(round(seconds * SECOND)):
@@ -271,9 +278,7 @@ def test_robots_that_are_stranded_again_after_an_arrival_are_waited_for_only_if_
     stage = running(time={"time_s_max": 500.0})
     stage.tick(SECOND)
     for again in (False, True):
-        epoch = stage.fence.epoch.next(1, life_of(1)).number
-        stage.write(1, RobotStranded(epoch=epoch, robot=2, reason="a body plugs the way"))
-        stage.form()
+        form_without_second(stage)
         if again and drives_on:
             stage.order(1, Point(x_m=0.12, y_m=0.0))
             stage.tick(SECOND)
@@ -288,9 +293,7 @@ def test_robots_that_are_stranded_again_are_waited_for_if_a_link_has_broken_mean
     stage = running(time={"time_s_max": 500.0})
     stage.tick(SECOND)
     for again in (False, True):
-        epoch = stage.fence.epoch.next(1, life_of(1)).number
-        stage.write(1, RobotStranded(epoch=epoch, robot=2, reason="a body plugs the way"))
-        stage.form()
+        form_without_second(stage)
         stage.write(1, RobotArrived(progress_m=1.0))
         if again is (upset == "after them"):
             stage.write(1, LinkBroken(neighbour=2, cause="silence", silent_s=3.0))
@@ -309,9 +312,7 @@ def test_while_obstacles_move_robots_that_are_stranded_again_are_waited_for_sinc
     stage.begin()
     stage.tick(SECOND)
     for again in (False, True):
-        epoch = stage.fence.epoch.next(1, life_of(1)).number
-        stage.write(1, RobotStranded(epoch=epoch, robot=2, reason="a door is closed"))
-        stage.form()
+        form_without_second(stage)
         stage.write(1, RobotArrived(progress_m=1.0))
         ending = ends_within(stage, MOVED_ON_S - 1.0)
         assert ending is (Ending.STRANDED if again and not moves else None)
@@ -328,9 +329,7 @@ def test_robots_that_were_stranded_as_obstacles_came_to_rest_are_waited_for_unti
     for formed_s, ends in ((90.0, False), (98.0, False), (131.0, False), (133.0, True)):
         while stage.world.now_s < formed_s:
             stage.tick()
-        epoch = stage.fence.epoch.next(1, life_of(1)).number
-        stage.write(1, RobotStranded(epoch=epoch, robot=2, reason="a door is closed"))
-        stage.form()
+        form_without_second(stage)
         stage.write(1, RobotArrived(progress_m=1.0))
         assert (ends_within(stage, 1.0) is Ending.STRANDED) is ends
 

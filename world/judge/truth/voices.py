@@ -103,7 +103,7 @@ class Voices:
         self._blinded_by: set[str] = set()
         """Why the world sees no tokens now."""
         self._leaders: dict[int, int] = {}
-        """Who leads, by the fence ALL of each epoch."""
+        """The leader by the fence ALL of each epoch."""
         self._joined: dict[int, int] = {}
         """The epoch of the strand in which each robot has its place."""
 

@@ -100,9 +100,9 @@ def post(off_m: float) -> Circle:
     return Circle(centre_m=(0.0, off_m + 0.1), radius_m=0.1)
 
 
-def good_s(x_m: float, y_m: float, *, radius_m: float = 0.25) -> float:
+def good_s(x_m: float, y_m: float) -> float:
     """How long the way is safe beside somebody there."""
-    somebody = Circle(centre_m=(x_m, y_m), radius_m=radius_m)
+    somebody = Circle(centre_m=(x_m, y_m), radius_m=0.25)
     return good_for_s(look_around([somebody], RUNNER), TARGET, RUNNER)
 
 
@@ -122,7 +122,7 @@ def test_somebody_beside_the_way_is_passed_by_moments(x_m: float) -> None:
 
 
 @pytest.mark.parametrize("x_m", [0.1, 0.3, 0.5])
-def test_who_leaves_no_moment_somewhere_on_the_way_is_not_approached(x_m: float) -> None:
+def test_a_robot_that_leaves_no_moment_somewhere_on_the_way_is_not_approached(x_m: float) -> None:
     assert good_s(x_m, 0.25 + HULL_M + MOVES_M - 0.02) == 0.0
 
 

@@ -61,7 +61,7 @@ class Crash(NamedTuple):
     again: bool
 
     def strikes(self, stage: ViewStage) -> int:
-        """Who dies if it is time; 0: nobody can."""
+        """The robot that dies if it is time; 0: none can."""
         fence = stage.fence
         match self.victim:
             case Victim.NAMED:

@@ -10,7 +10,7 @@ from tests.support.stages.view_stage import in_turn, of
 PLACES = ((2.4, 1.5, 0.0), (1.2, 2.1, 0.0), (0.8, 1.0, 0.0))
 
 
-def test_who_has_a_turn_after_a_coordinators_own_one_in_vain_is_told_where_the_coordinator_stands() -> None:
+def test_after_a_coordinators_own_turn_in_vain_the_next_robot_is_told_where_the_coordinator_stands() -> None:
     stage = in_turn(2, 2, PLACES)
     stage.pass_s(0.4)
     stage.lose(of(Scan, receiver=2))

@@ -71,6 +71,6 @@ def permitted_s(scanned: Scanned) -> float:
     return drive.until_s - stage.now_s
 
 
-def test_whoever_comes_out_from_behind_a_neighbour_is_not_touched() -> None:
+def test_a_robot_that_comes_out_from_behind_a_neighbour_is_not_touched() -> None:
     assert 0.0 < permitted_s(A) < A.before_s
     assert 0.0 < permitted_s(B) < B.before_s

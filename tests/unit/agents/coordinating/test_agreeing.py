@@ -64,7 +64,7 @@ def test_a_robot_that_was_left_out_leads_after_two_attempts_of_the_strand_in_vai
     members = {robot: report(robot, Former(epoch=ENDED, rank=robot - 1, at=THERE)) for robot in (1, 2, 3)}
     counters = Counters(in_vain=in_vain, last_to_lead=last)
     reports = {robot: replace(each, counters=counters) for robot, each in {**members, **outside}.items()}
-    told = Agreement(EPOCH, Intent(Cause.PLEA, 2), MISSION, reports, {}).counters()
+    told = Agreement(EPOCH, Intent(Cause.PLEA, 2), MISSION, reports, set()).counters()
     assert (told.last_to_lead, told.in_vain) == (then, in_vain if then == last else 0)
 
 
@@ -86,7 +86,7 @@ def test_robots_that_are_to_lead_last_are_so_when_another_strand_is_lost(
     strand = {robot: replace(report(robot), counters=counters) for robot in (3, 4)}
     outside = {robot: replace(report(robot), counted=BEFORE) for robot in (1, 2, 5)}
     epoch, intent = replace(EPOCH, robot=3), Intent(Cause.NEIGHBOUR_LOST, 3)
-    told = Agreement(epoch, intent, MISSION, {**strand, **outside}, {}).counters()
+    told = Agreement(epoch, intent, MISSION, {**strand, **outside}, set()).counters()
     assert told.last_to_lead == then
 
 
@@ -110,7 +110,7 @@ def test_the_largest_report_of_the_largest_fleet_fits_where_all_but_one_are_to_l
 def test_of_the_robots_that_found_no_way_a_formation_tells_as_many_as_a_message_may() -> None:
     robots = range(1, STRANDED_MAX + 3)
     reports = {robot: report(robot) for robot in robots}
-    agreement = Agreement(EPOCH, Intent(Cause.START), MISSION, reports, dict.fromkeys(robots, 1))
+    agreement = Agreement(EPOCH, Intent(Cause.START), MISSION, reports, {*robots})
     assert agreement.drafted((1,), {}, turn=1).members[1].stranded == tuple(robots)[1 : STRANDED_MAX + 1]
 
 
@@ -121,7 +121,7 @@ def test_a_formation_has_as_many_robots_as_a_message_can_tell_and_the_others_lea
         robot: replace(report(robot), place=place, life=2**62 + robot)
         for robot, place in zip(robots, places, strict=True)
     }
-    agreement = Agreement(EPOCH, Intent(Cause.START), MISSION, reports, {})
+    agreement = Agreement(EPOCH, Intent(Cause.START), MISSION, reports, set())
     plan = agreement.drafted(robots, {}, turn=1)
     Outbox().add(plan.as_record(), t_s=0.0, hlc="")  # else the coordinator would end here
     assert 1000 < len(plan.order) < ROBOTS_MAX
@@ -143,6 +143,6 @@ def test_a_robot_that_says_that_it_stands_where_no_path_leads_has_no_room_in_the
         2: replace(report(2), place=replace(HERE, x_m=-1.0)),
         3: replace(report(3), place=far),
     }
-    agreement = Agreement(EPOCH, Intent(Cause.START), MISSION, reports, {})
+    agreement = Agreement(EPOCH, Intent(Cause.START), MISSION, reports, set())
     assert agreement.drafted((1, 2, 3), {}, turn=1).order == (1, 2)
     assert agreement.drafted((1, 2), {}, turn=1).order == (1, 2)

@@ -51,7 +51,7 @@ def settled(draft: Draft, there: Reports, *clear: int, driven: tuple[int, ...] =
 # --- rule 1: who is in place ----------------------------------------------------------------------------
 
 
-def test_who_has_the_turn_is_told_which_robots_stand_where_and_not_only_how_many() -> None:
+def test_the_robot_that_has_the_turn_is_told_which_robots_stand_where_and_not_only_how_many() -> None:
     there = reports({robot: QUEUE[robot] for robot in (1, 2, 4)})
     join = settled(drafted(), there, 2).join(4, there, turn=1)
     assert (len(join.strand), join.waiting, join.robots) == (2, (), (1, 2))
@@ -201,7 +201,7 @@ def in_vain(draft: Draft, *robots: int) -> Draft:
 
 
 def tried(draft: Draft, there: Reports) -> list[int]:
-    """Who leads, until the draft is done, where all turns are in vain."""
+    """The robots that lead, one after the other, until the draft is done, where all turns are in vain."""
     led = [settled(draft, there).strand[0]]
     for _ in range(200):
         match draft.next(there, others_may_come_back=False):

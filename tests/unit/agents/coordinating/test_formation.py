@@ -58,7 +58,7 @@ def plan(corners: int, *, map_of: int = 0) -> Plan:
         for robot, place in places(corners).items()
     }
     legs = {2: way((1.0, 0.0), *zigzag, (reports[1].place.x_m, 0.0))}
-    return Agreement(EPOCH, Intent(Cause.START), MISSION, reports, {}).drafted(ORDER, legs, turn=3)
+    return Agreement(EPOCH, Intent(Cause.START), MISSION, reports, set()).drafted(ORDER, legs, turn=3)
 
 
 CORNERS = 3 * PIECE_VERTICES_MAX

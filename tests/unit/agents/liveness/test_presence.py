@@ -19,7 +19,7 @@ def there(presence: Presence, now_s: float) -> set[int]:
     return {robot for robot in (1, 2, 3) if not presence.has_gone_by(robot, now_s - GRACE_S)}
 
 
-def test_who_does_not_see_the_worlds_token_is_not_connected() -> None:
+def test_a_robot_that_does_not_see_the_worlds_token_is_not_connected() -> None:
     presence = Presence()
     presence.come(1, "a", 0.0)
     seen = [presence.connected]
@@ -78,7 +78,7 @@ def test_that_the_world_came_back_says_nothing_of_a_process_that_was_replaced_be
     assert not presence.is_lost(1, 6.5, 7.0 + GRACE_S)
 
 
-def test_who_has_gone_by_some_time_shows_no_token_and_has_shown_none_since() -> None:
+def test_a_robot_that_has_gone_by_some_time_shows_no_token_and_has_shown_none_since() -> None:
     presence = Presence()
     presence.come(2, "a", 1.0)
     before = presence.has_gone_by(2, 9.0)

@@ -187,7 +187,7 @@ def test_no_two_robots_move_at_once_before_the_strand_has_formed(
 CORRIDOR: list[Shape] = [box(1.0, 2.0, 2.0, 0.1), box(1.0, 2.65, 2.0, 0.1), box(1.0, 2.1, 0.1, 0.55)]
 
 
-def test_who_stands_in_a_corridor_behind_another_joins_after_it(tmp_path: Path) -> None:
+def test_a_robot_that_stands_in_a_corridor_behind_another_joins_after_it(tmp_path: Path) -> None:
     # By air robot 2, at the inner end, is nearer to the leader outside than robot 3, which is in its way.
     fleet = scenario(tmp_path, [(1.3, 4.0), (1.4, 2.375), (1.9, 2.375)], CORRIDOR, (1.3, 5.3))
     rehearsal = Rehearsal(fleet, 1, PERFECT).run()
@@ -264,7 +264,7 @@ def stand(strand: list[Place], waiting: list[Place]) -> Stands:
     return Stands(places, np.array(waiting).reshape(-1, 2), places, min(len(places) - 1, 1))
 
 
-def test_who_stands_at_a_place_with_a_clear_leg_is_in_place_without_a_step() -> None:
+def test_a_robot_that_stands_at_a_place_with_a_clear_leg_is_in_place_without_a_step() -> None:
     assert plan([], stand([(0.6, 0.0)], [])) == InPlace()
 
 

@@ -23,8 +23,8 @@ def bend() -> Path:
     return Path([Point(x_m=0.0, y_m=0.0), CORNER, Point(x_m=2.0, y_m=2.0)])
 
 
-def left_at(progress_m: float, *, epoch: Epoch = EPOCH, rank: int = 1, path: Path | None = None) -> OldPlace:
-    return OldPlace(epoch=epoch, rank=rank, progress_m=progress_m, path=path or bend())
+def left_at(progress_m: float, *, epoch: Epoch = EPOCH, path: Path | None = None) -> OldPlace:
+    return OldPlace(epoch=epoch, rank=1, progress_m=progress_m, path=path or bend())
 
 
 def ended(place: OldPlace, *, moved: bool = False, fits: bool = True) -> Member:

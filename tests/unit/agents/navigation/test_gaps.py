@@ -16,10 +16,10 @@ def obstacles_of(ranges_m: list[float]) -> list[Obstacle]:
     return find_obstacles(view_of(ranges_m), passable_m=PASSABLE_M)
 
 
-def posts(*directions: int, of: int = 36, range_m: float = 1.0) -> list[float]:
-    ranges_m = [NOTHING_M] * of
+def posts(*directions: int) -> list[float]:
+    ranges_m = [NOTHING_M] * 36
     for direction in directions:
-        ranges_m[direction] = range_m
+        ranges_m[direction] = 1.0
     return ranges_m
 
 

@@ -29,9 +29,11 @@ def test_few_robots_are_on_their_way_at_a_time() -> None:
 def test_the_next_starts_when_one_is_connected_or_has_ended() -> None:
     starting = fleet(CONNECTING_MAX + 3)
     started(starting)
-    starting.arrived([2, 5])
+    starting.arrived([2])
+    starting.ended(5)
     assert started(starting) == [f"r{CONNECTING_MAX}", f"r{CONNECTING_MAX + 1}"]
-    starting.arrived([2, 5])
+    starting.ended(2)
+    starting.arrived([5])
     assert started(starting) == [], "they had arrived before"
 
 
@@ -69,6 +71,28 @@ def test_a_robot_that_is_forgotten_is_not_held_when_it_waits_again() -> None:
     assert starting.forget("r1")
     starting.wait("r1")
     assert started(starting) == ["r0", "r1"]
+
+
+def test_a_robot_is_started_again_after_its_former_process_has_ended() -> None:
+    starting = fleet(2)
+    started(starting)
+    starting.wait("r1", after=[1])
+    starting.arrived([1])
+    starting.ended(0)
+    assert started(starting) == []
+    starting.ended(1)
+    assert started(starting) == ["r1"]
+
+
+def test_a_robot_is_held_also_while_its_former_process_ends() -> None:
+    starting = fleet(2)
+    started(starting)
+    starting.wait("r1", after=[1])
+    starting.hold("r1")
+    starting.ended(1)
+    assert started(starting) == []
+    starting.let_go("r1")
+    assert started(starting) == ["r1"]
 
 
 def test_nobody_is_started_when_the_host_ends() -> None:

@@ -53,6 +53,21 @@ def test_a_leader_in_a_dead_end_says_how_far_the_tail_is_to_come_back_and_that_c
     assert not stage.records(RouteLost)
 
 
+@pytest.mark.parametrize("in_vain", [0, 1])
+def test_only_before_an_attempt_in_vain_may_the_tail_lead_out_from_where_it_stands(
+    in_vain: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: set[bool] = set()
+
+    def planned(*_: object, tail_may_lead: bool, **__: object) -> Wait:
+        asked.add(tail_may_lead)
+        return Wait()
+
+    monkeypatch.setattr(Leader, "plan", planned)
+    MemberStage(MISSION, row(3), ORDER, counters=Counters(in_vain=in_vain)).run(1.0)
+    assert asked == {in_vain == 0}
+
+
 @pytest.mark.parametrize("comes_on", [False, True])
 def test_after_too_many_attempts_in_vain_the_leader_says_for_a_robot_that_is_blocked_that_the_route_is_lost(
     monkeypatch: pytest.MonkeyPatch, *, comes_on: bool

@@ -334,7 +334,7 @@ def pocket() -> list[Shape]:
     return [low, high, wall((3.0, -0.37), (3.0, 0.37), thick_m=-0.02)]
 
 
-def in_the_pocket(*, loss: float = 0.0, seed: int = 0) -> MemberStage:
+def in_the_pocket(*, loss: float = 0.0) -> MemberStage:
     mission = replace(MISSION, directions=720, range_m_max=1.5)
     return MemberStage(
         mission,
@@ -343,7 +343,6 @@ def in_the_pocket(*, loss: float = 0.0, seed: int = 0) -> MemberStage:
         shapes=pocket(),
         loss=loss,
         odd=loss / 2.0,
-        seed=seed,
     )
 
 

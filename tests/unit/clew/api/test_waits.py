@@ -1,4 +1,4 @@
-"""Who waited for whom: entries in, waits out."""
+"""Which robots waited for which others: entries in, waits out."""
 
 from clew.api.waits import Wait, waits_of
 from protocol.fence import May

@@ -77,16 +77,35 @@ def test_a_file_that_is_named_and_is_no_scene_is_refused_and_not_played(
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("foreign", ['{"ok": "yes", "name": "summer sale"}\n', "", "\xff\xfe"])
+@pytest.mark.parametrize("foreign", ['{"ok": true, "name": "summer sale"}\n', "\xff\xfe"])
 def test_a_campaign_never_replaces_a_file_that_no_campaign_wrote(tmp_path: Path, foreign: str) -> None:
     played, out = scene(tmp_path / "one.json"), tmp_path / "out"
     out.mkdir()
     (out / "campaign.json").write_text(foreign, encoding="latin-1")
     said = clew("campaign", played, "--jobs", "1", "--out", out)
-    refusal = f"Error: {out}/campaign.json: no campaign of Clew wrote this file, and one would replace it\n"
+    path = out / "campaign.json"
+    refusal = f"Error: cannot write {path}: it is there, and bears no mark of Clew, so it would be lost\n"
     assert (said.exit_code, said.stderr) == (2, refusal)
-    assert [each.name for each in out.iterdir()] == ["campaign.json"]
-    assert (out / "campaign.json").read_text(encoding="latin-1") == foreign
+    assert list(out.iterdir()) == [path]
+    assert path.read_text(encoding="latin-1") == foreign
+
+
+@pytest.mark.parametrize("name", ["campaign.json", "episodes.jsonl"])
+def test_a_campaign_names_the_file_that_is_in_its_way(tmp_path: Path, name: str) -> None:
+    played, path = scene(tmp_path / "one.json"), tmp_path / "out" / name
+    path.mkdir(parents=True)
+    said = clew("campaign", played, "--jobs", "1", "--out", path.parent)
+    assert (said.exit_code, said.stderr) == (2, f"Error: cannot write {path}: Is a directory\n")
+
+
+def test_a_campaign_replaces_its_own_summary_and_an_empty_one(tmp_path: Path) -> None:
+    played, path = scene(tmp_path / "one.json"), tmp_path / "out" / "campaign.json"
+    asked = ("campaign", played, "-n", "1", "--jobs", "1", "--judge-every", "0", "--out", path.parent)
+    assert [clew(*asked).exit_code for _ in range(2)] == [0, 0]
+    whole = path.read_bytes()
+    path.write_bytes(b"")
+    assert clew(*asked).exit_code == 0
+    assert path.read_bytes() == whole
 
 
 def test_no_tight_scene_replaces_a_file_that_no_campaign_wrote(tmp_path: Path) -> None:

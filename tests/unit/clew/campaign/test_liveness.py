@@ -123,7 +123,7 @@ def test_a_core_is_healed_when_all_of_it_has_joined_one_strand_after_the_faults(
     assert healed_at_s(apart, (1, 2, 3), 0.0) == math.inf
 
 
-def test_who_joins_a_strand_anew_has_not_arrived_yet() -> None:
+def test_a_robot_that_joins_a_strand_anew_has_not_arrived_yet() -> None:
     arrived = RobotArrived(progress_m=1.0)
     told = numbered((("r1", arrived), joined(1, 20_001), ("r2", arrived), ("r1", arrived)))
     assert arrived_together(told, (1, 2))

@@ -44,15 +44,13 @@ def struck(fault: str, process: str, rule: str = "kill-1") -> FaultInjected:
 def refused(
     robot: int,
     *,
-    epoch: int = E,
-    turn: int = 1,
     fence: int = E,
     fence_turn: int = 1,
     number: int = 1,
     why: str = "",
 ) -> OrderRefused:
     return OrderRefused(
-        robot=robot, number=number, epoch=epoch, turn=turn, fence=fence, fence_turn=fence_turn, reason=why
+        robot=robot, number=number, epoch=E, turn=1, fence=fence, fence_turn=fence_turn, reason=why
     )
 
 

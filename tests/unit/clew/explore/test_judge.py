@@ -30,7 +30,7 @@ HIGHER = Fence(epoch=Epoch(generation=1, robot=3, life=30))
         (STOPPED, Fence(epoch=Epoch(generation=3)), 0),
     ],
 )
-def test_fences_that_go_on_as_they_may(before: Fence, now: Fence, put_by: int) -> None:
+def test_a_fence_may_go_on_as_the_rules_of_the_fence_say(before: Fence, now: Fence, put_by: int) -> None:
     judge_change(before, now, put_by)
 
 

@@ -314,6 +314,11 @@ def test_several_scenes_are_not_printed(words: tuple[str, ...]) -> None:
         (["rings", "--size", "2", "4"], "$.size_m: must be >= 4.5 m, 6 times a way and a wall, for rings"),
         (["rings", "--spare", "0.1", "--least-width", "1"], "$.spare: replaces least_width_m"),
         (["corridors", "--least-width", "0"], "$.least_width_m: must be >= robot_radius_m = 0.15 m"),
+        (
+            ["circles", "--size", "1000", "1000", "--density", "1"],
+            "$.size_m: circles of 1000 x 1000 m have more",
+        ),
+        (["pillars", "--size", "1000", "1000"], "$.size_m: pillars of 1000 x 1000 m have more than 10000 "),
     ],
 )
 def test_impossible_parameters_are_refused_in_one_line(words: list[str], refusal: str) -> None:

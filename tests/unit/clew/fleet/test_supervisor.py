@@ -37,7 +37,7 @@ HISTORIES = {**LOSSES, **ENDS}
 
 
 @pytest.mark.parametrize("name", HISTORIES)
-def test_history(name: str) -> None:
+def test_the_supervisor_acts_as_in_its_history(name: str) -> None:
     replay(HISTORIES[name])
 
 

@@ -66,7 +66,7 @@ def test_a_goal_that_was_left_again_was_reached() -> None:
 
 
 @pytest.mark.parametrize(("second_m", "agrees"), [(0.18, True), (0.6, False)])
-def test_who_stands_at_the_goal_beside_the_chain_may_have_arrived(second_m: float, agrees: bool) -> None:
+def test_a_robot_at_the_goal_beside_the_chain_may_have_arrived(second_m: float, agrees: bool) -> None:
     """The first one had arrived and died, and the run was over before anybody missed it."""
     beside = [*poses(1, (0.0, 4.0, -0.25)), *poses(2, (0.0, 4.0, second_m))]
     finding = found(beside, scenario(goal={"at_m": [4.0, 0.0], "tolerance_m": 0.3}))

@@ -31,8 +31,8 @@ ESCAPE = "\x1b["
 FAULT = ("world", FaultInjected(fault="kill", rule="kill-1", process="r1"))
 
 
-def clew(*arguments: str | Path, environment: dict[str, str] | None = None) -> Result:
-    return CliRunner(env=environment).invoke(main, ["log", "cat", *map(str, arguments)])
+def clew(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(main, ["log", "cat", *map(str, arguments)])
 
 
 @pytest.fixture

@@ -110,8 +110,13 @@ def test_a_robot_without_a_journal_is_named_and_is_a_failure(run: Path) -> None:
     assert clew("replay", run, "--robot", "2").exit_code == 0, "nobody asked for robot 1"
 
 
-def test_an_empty_journal_is_named_and_the_others_are_replayed(run: Path) -> None:
-    journal_of(run, 1).write_bytes(b"")
+@pytest.mark.parametrize("is_packed", [True, False])
+@pytest.mark.parametrize("size_bytes", [0, 1, 20])
+def test_a_journal_without_a_whole_record_is_named_and_the_others_are_replayed(
+    run: Path, size_bytes: int, *, is_packed: bool
+) -> None:
+    whole = journal_of(run, 1).read_bytes()
+    journal_of(run, 1).write_bytes((gzip.compress(whole) if is_packed else whole)[:size_bytes])
     said = clew("replay", run)
     assert said.exit_code == 1
     assert "robot 1 (1): has only an empty journal, though by the log it took part" in said.stdout

@@ -34,8 +34,8 @@ def numbers(batch: LogBatch | None) -> list[int]:
     return [] if batch is None else [entry.n for entry in batch.entries]
 
 
-def filled(count: int, *, reason: str = "", resend_s: float = RESEND_S, capacity: int = 10_000) -> Outbox:
-    outbox = Outbox(resend_s=resend_s, capacity=capacity)
+def filled(count: int, *, reason: str = "", capacity: int = 10_000) -> Outbox:
+    outbox = Outbox(resend_s=RESEND_S, capacity=capacity)
     for _ in range(count):
         outbox.add(RouteLost(reason=reason), t_s=0.0, hlc="")
     return outbox

@@ -72,10 +72,10 @@ def driven_m(fleet: Bodies, moves: Moves) -> float:
     return 0.0 if start is None else math.dist(start[:2], fleet.place_m[0])
 
 
-def drive_on(fleet: Bodies, *, until: int = 5000, first: int = 0) -> list[float]:
+def drive_on(fleet: Bodies) -> list[float]:
     """Tick until body 0 stands, with regular messages of its robot; returns the distance of each tick."""
     drove_m: list[float] = []
-    for tick in range(first, first + until):
+    for tick in range(5000):
         last = fleet.orders[0]
         assert last is not None
         fleet.hear(

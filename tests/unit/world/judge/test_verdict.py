@@ -272,7 +272,7 @@ def test_a_robot_that_is_bound_in_a_view_stands_where_it_has_arrived_until_it_ha
 
 
 def test_a_robot_that_was_bound_before_the_end_has_arrived_also_if_that_is_heard_after_the_end() -> None:
-    """Whoever judges the log again hears it before the first robot that has settled."""
+    """A judge that reads the log again hears it before the first robot that has settled."""
     tally = tally_of(ALL_WELL)
     tally.end(9.8)
     tally.hear("r1", Entry(n=100, t_s=9.6, hlc="", record=ViewJoined(epoch=20_002)))

@@ -167,7 +167,7 @@ def _load(tmp_path: Path, text: str, **overrides: object) -> Scenario:
             "start = [1.0,",
             "start = [0.6,",
             "$.fleet.start, place of robot 3: must be inside the bounds by the radius"
-            ", at x >= x_m_min + 0.1 = 0.1 m, got (0, 1)",
+            ", at x >= x_m_min + 0.1 = 0.1 m, got (0, 1): use fewer robots (-n), or --deployment random",
         ),
         (
             "at_m = [4.0, 1.0]",
@@ -264,8 +264,8 @@ def test_a_queue_made_too_long_by_the_n_option_is_refused_with_that_option() -> 
     with pytest.raises(UsageError) as refusal:
         load("grove", robots=8)
     assert str(refusal.value) == (
-        "grove: $.fleet.start, place of robot 6: must be inside the bounds by the radius,"
-        " at x >= x_m_min + 0.1 = 0.1 m, got (0, 2) (robots = 8 instead of 5)"
+        "grove: $.fleet.start, place of robot 6: must be inside the bounds by the radius, at x >= x_m_min"
+        " + 0.1 = 0.1 m, got (0, 2) (robots = 8 instead of 5): use fewer robots (-n), or --deployment random"
     )
 
 

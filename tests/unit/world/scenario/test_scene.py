@@ -160,3 +160,4 @@ def test_an_invalid_scene_is_refused_in_one_line(tmp_path: Path, changes: dict[s
         _load(tmp_path, changes)
     assert str(refusal.value).startswith(f"{tmp_path / 'posts.json'}: {line}")
     assert "\n" not in str(refusal.value)
+    assert "use fewer robots" not in str(refusal.value), "that would not help"
