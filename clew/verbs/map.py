@@ -81,7 +81,6 @@ def map_verb(file: Path, *, robot_radius_m: float, **asked: Any) -> None:  # noq
         need(module, extra="maps", by="maps need")
     from clew.maps.occupancy import SAVED_UNKNOWN, read_map
     from clew.maps.scene import scene
-    from world.scenario.checks import NO_ROOM_HINT
     from world.scenario.scene import ROBOTS
 
     ground = read_map(file)
@@ -106,7 +105,7 @@ def map_verb(file: Path, *, robot_radius_m: float, **asked: Any) -> None:  # noq
         _check(json.loads(said), str(file), robots=ROBOTS)
     except UsageError as error:
         _check(json.loads(said), str(file), robots=1)
-        warn(f"{error}: so there is no room for a queue of {ROBOTS}: {NO_ROOM_HINT}")
+        warn(f"no room for a queue of {ROBOTS}: {error}")
     click.echo(said)
 
 

@@ -1,10 +1,9 @@
 """The relations that a scenario must satisfy; each refusal is one line: path, bound, value."""
 
 import math
-import re
 from collections.abc import Sequence
 from itertools import combinations, pairwise
-from typing import NoReturn
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 
@@ -25,11 +24,25 @@ ROUNDING_M = 1e-9
 """The error of places computed by sine and cosine: a million times the last bit of a metre."""
 ROUNDING_MPS = 1e-9
 """The error of a leg's length divided by its time, likewise for speeds of some m/s."""
+NO_ROOM_HINT = ": use fewer robots (-n), or --deployment random"
+"""What helps where a queue has no room behind its first robot."""
 
 
-def _refuse(path: str, rule: str, got: object) -> NoReturn:
+def _refuse(path: str, rule: str, got: object, hint: str = "") -> NoReturn:
     said = f"{got:.6g}" if isinstance(got, float) else str(got)
-    raise ValueError(f"$.{path}: must be {rule}, got {said}")
+    raise ValueError(f"$.{path}: must be {rule}, got {said}{hint}")
+
+
+class _Stand(NamedTuple):
+    """A place where a robot must be able to stand, with its path in the scenario file."""
+
+    path: str
+    place: Pose | Point
+    hint: str = ""
+    """What helps where it is refused."""
+
+    def refuse(self, rule: str, got: str) -> NoReturn:
+        _refuse(self.path, rule, got, self.hint)
 
 
 def speeds(drive: DriveSection) -> None:
@@ -178,7 +191,8 @@ def within(bounds: Bounds | None, section: Fleet, poses: Sequence[Pose], goal: G
         if low_m >= high_m:
             _refuse(f"bounds.{name}_m_min", f"< {name}_m_max = {high_m:g} m", low_m)
     radius_m = section.robot_radius_m
-    for path, place in _stands(section, poses, goal):
+    for stand in _stands(section, poses, goal):
+        place = stand.place
         for axis, at_m, low_m, high_m in (
             ("x", place.x_m, bounds.x_m_min, bounds.x_m_max),
             ("y", place.y_m, bounds.y_m_min, bounds.y_m_max),
@@ -186,10 +200,10 @@ def within(bounds: Bounds | None, section: Fleet, poses: Sequence[Pose], goal: G
             rule = "inside the bounds by the radius, at"
             if at_m - low_m < radius_m - ROUNDING_M:
                 least = f"{axis} >= {axis}_m_min + {radius_m:g} = {low_m + radius_m:g} m"
-                _refuse(path, f"{rule} {least}", _at(place))
+                stand.refuse(f"{rule} {least}", _at(place))
             if high_m - at_m < radius_m - ROUNDING_M:
                 most = f"{axis} <= {axis}_m_max - {radius_m:g} = {high_m - radius_m:g} m"
-                _refuse(path, f"{rule} {most}", _at(place))
+                stand.refuse(f"{rule} {most}", _at(place))
 
 
 def room_for_path(bounds: Bounds | None, mission: Mission) -> None:
@@ -218,11 +232,12 @@ def near_path(section: Fleet, poses: Sequence[Pose], mission: Mission, budget: B
     if (laid := mission.path_bounds) is None:
         return
     room_m = (2.0 * mission.mu0_m - budget.drive_m) * DRIVE_SHARE
-    for path, place in _stands(section, poses, None):
+    for stand in _stands(section, poses, None):
+        place = stand.place
         near = laid.nearest(place)
         if math.hypot(place.x_m - near.x_m, place.y_m - near.y_m) > room_m + ROUNDING_M:
             rule = f"within {room_m:.6g} m of {_at(near)}, out of the corner of the bounds"
-            _refuse(path, rule, _at(place))
+            stand.refuse(rule, _at(place))
 
 
 def clear_of(
@@ -240,43 +255,41 @@ def clear_of(
     """
     if ground.shape_count == 0:
         return
-    for path, place in _stands(section, poses, goal):
+    for stand in _stands(section, poses, goal):
+        place = stand.place
         apart_m = distances(ground, np.array((place.x_m, place.y_m)))
         nearest = int(apart_m.argmin())
-        spare_m = goal.tolerance_m if goal is not None and path == GOAL else 0.0
+        spare_m = goal.tolerance_m if goal is not None and stand.path == GOAL else 0.0
         if apart_m[nearest] < standoff_m - spare_m - ROUNDING_M or apart_m[nearest] == 0.0:
             how_near = "inside it" if apart_m[nearest] == 0.0 else f"{apart_m[nearest]:.6g} m"
             rule = f">= {max(standoff_m - spare_m, 0.0):g} m away from $.obstacle[{nearest}]"
             rule += f" ({_found(shapes[nearest])})"
-            _refuse(path, rule, f"{how_near} at {_at(place)}")
+            stand.refuse(rule, f"{how_near} at {_at(place)}")
 
 
 def untouched(movers: Movers, section: Fleet, poses: Sequence[Pose]) -> None:
     """No robot starts in contact with a moving obstacle at its place at t = 0."""
     ground = movers.among(ground_of(()), 0.0)
-    for path, place in _stands(section, poses, None) if movers.names else ():
+    for stand in _stands(section, poses, None) if movers.names else ():
+        place = stand.place
         apart_m = distances(ground, np.array((place.x_m, place.y_m)))
         nearest = int(apart_m.argmin())
         if apart_m[nearest] <= section.robot_radius_m:
             rule = f"> robot_radius_m = {section.robot_radius_m:g} m away from $.moving[{nearest}] at t = 0 s"
-            _refuse(path, rule, f"{apart_m[nearest]:.6g} m at {_at(place)}")
+            stand.refuse(rule, f"{apart_m[nearest]:.6g} m at {_at(place)}")
 
 
-NO_ROOM_HINT = "use fewer robots (-n), or --deployment random"
-
-
-def queue_fits(refusal: str) -> bool:
-    """Whether a refusal says nothing against the places of robots that queue behind robot 1."""
-    return re.search(r"start, place of robot (?!1:)", refusal) is None
-
-
-def _stands(section: Fleet, poses: Sequence[Pose], goal: Goal | None) -> list[tuple[str, Pose | Point]]:
-    """All places where a robot must be able to stand, with their paths in the scenario file."""
-    stands: list[tuple[str, Pose | Point]] = [
-        (f"fleet.{'start' if section.places is None else f'places[{k}]'}, place of robot {k + 1}", pose)
+def _stands(section: Fleet, poses: Sequence[Pose], goal: Goal | None) -> list[_Stand]:
+    """All places where a robot must be able to stand."""
+    stands = [
+        _Stand(
+            f"fleet.{'start' if section.places is None else f'places[{k}]'}, place of robot {k + 1}",
+            pose,
+            NO_ROOM_HINT if section.places is None and k > 0 else "",
+        )
         for k, pose in enumerate(poses)
     ]
-    return stands if goal is None else [*stands, (GOAL, Point(x_m=goal.at_m[0], y_m=goal.at_m[1]))]
+    return stands if goal is None else [*stands, _Stand(GOAL, Point(x_m=goal.at_m[0], y_m=goal.at_m[1]))]
 
 
 def _found(shape: Shape) -> str:

@@ -245,8 +245,7 @@ def load(
         return understand(raw, Scenario, name_or_path)
     except UsageError as error:
         line = scene.in_own_words(str(error), said) if path.suffix == ".json" else str(error)
-        line = f"{line} ({', '.join(changes)})" if changes else line
-        raise UsageError(line if checks.queue_fits(line) else f"{line}: {checks.NO_ROOM_HINT}") from error
+        raise UsageError(f"{line} ({', '.join(changes)})" if changes else line) from error
 
 
 def _override(raw: dict[str, Any], *asked: tuple[str, str, str | float | None]) -> list[str]:

@@ -265,7 +265,7 @@ def test_a_queue_made_too_long_by_the_n_option_is_refused_with_that_option() -> 
         load("grove", robots=8)
     assert str(refusal.value) == (
         "grove: $.fleet.start, place of robot 6: must be inside the bounds by the radius, at x >= x_m_min"
-        " + 0.1 = 0.1 m, got (0, 2) (robots = 8 instead of 5): use fewer robots (-n), or --deployment random"
+        " + 0.1 = 0.1 m, got (0, 2): use fewer robots (-n), or --deployment random (robots = 8 instead of 5)"
     )
 
 
