@@ -18,7 +18,7 @@ from clew.swarm.draws import Draws
 from clew.swarm.futures import Branches, branch_at, branched
 from clew.swarm.swarm import Swarm
 
-PLAIN = 0.05  # share of seeds that are never struck: a third of all CPU time, as their runs are long
+PLAIN = 0.05  # share of seeds that are never struck: a fifth of all CPU time, as their runs are long
 STRIKES_MAX = 12  # so many branches fit into the name of a file
 
 

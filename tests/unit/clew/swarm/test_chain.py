@@ -11,7 +11,7 @@ from protocol.timeline import FenceChanged
 from tests.support.long import long
 from world.bodies.arena import TICK_S
 
-SEEDS = [12, *long(range(1, 9))]
+SEEDS = [3, *long((1, 2, 4, 5, 12))]
 
 
 def begin(seed: int, branches: Branches = ()) -> Rehearsal:
