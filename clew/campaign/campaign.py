@@ -50,7 +50,7 @@ EPISODES_FILE, CAMPAIGN_FILE, SCENES_FOLDER = "episodes.jsonl", "campaign.json",
 DRAWN_FOLDER, DRAWN_MARK = "drawn", b'name = "swarm-'
 SEEN_BY = 2000  # swarm episodes after which every coverage counter must have counted
 PACKAGES = ("agents", "clew", "protocol", "world")
-_OURS = ("campaign", "coverage", "fields", "guided", "judge", "percentiles.py", "rehearsal", "swarm")
+_OURS = ("campaign", "coverage", "fields", "judge", "percentiles.py", "rehearsal", "swarm")
 PLAYED = ("agents", "protocol", "world", *(f"clew/{each}" for each in _OURS))
 """The source that decides how an episode goes and how it is judged."""
 CAMPAIGN_MARK = b'\n  "interrupted": '  # the second field of `campaign.json`, in every version of Clew
@@ -70,7 +70,7 @@ class Request:
     faults: str | None
     """A fault plan, `drawn` or `swarm`; with `swarm` there are no roots."""
     guided: bool = False
-    """Whether each seed of a swarm is searched for futures (`clew.guided`)."""
+    """Whether each seed of a swarm is struck on its way (`clew.swarm.chain`)."""
     future: str | None = None
     """The branches of the future to play; None: the seed's own faults."""
     keep: bool
@@ -219,7 +219,7 @@ def _episodes(request: Request, source_hash: str, warn: Callable[[str], None]) -
         for seed in request.seeds:
             episode = drawn_episode(seed, request.out, source_hash, wall_s_max=request.wall_s_max)
             if request.guided:
-                yield replace(episode, key=f"{episode.key}-guided", branches="")
+                yield replace(episode, key=f"{episode.key}-guided", branches="", guided=True)
             elif request.future is not None:
                 yield replace(episode, key=f"{episode.key}-{request.future}", branches=request.future)
             else:

@@ -26,7 +26,8 @@ from clew.coverage.counters import count_coverage
 from clew.rehearsal.endless_law import law_in
 from clew.rehearsal.recorded import EPOCH, verdict_on
 from clew.rehearsal.rehearsal import Rehearsal
-from clew.swarm.futures import draw_future, read_branches
+from clew.swarm.chain import play_chain
+from clew.swarm.futures import draw_future, read_branches, said
 from clew.swarm.plans import DRAWN, plan_for
 from clew.swarm.swarm import Mode, Swarm, draw
 from protocol.faults.plan import NO_FAULTS, Plan
@@ -79,7 +80,9 @@ class Episode(Struct, frozen=True, kw_only=True):
     widest_path_radius_m: float | None
     wall_s_max: float
     branches: str | None = None
-    """Of a guided swarm: the branches of the future to play; empty: the seed's own faults."""
+    """Of a swarm: the branches of the future to play; empty: the seed's own faults."""
+    guided: bool = False
+    """Of a swarm: whether strikes are added to its branches on the way (`clew.swarm.chain`)."""
     judged: bool = False
     """Whether the second judge has to agree with the verdict."""
 
@@ -87,8 +90,8 @@ class Episode(Struct, frozen=True, kw_only=True):
     def replay(self) -> str:
         """The command line that replays this episode. A drawn world may not be written yet."""
         if self.faults == SWARM:
-            future = f" --future {self.branches}" if self.branches else ""
-            return f"./launch/clew campaign --faults {SWARM} --seeds {self.seed}{future} --keep"
+            way = f" --future {self.branches}" if self.branches else " --guided" if self.guided else ""
+            return f"./launch/clew campaign --faults {SWARM} --seeds {self.seed}{way} --keep"
         given = {
             "-n": self.robots,
             "--law": self.law,
@@ -120,8 +123,6 @@ class Outcome(Struct, frozen=True, kw_only=True):
     injected: dict[str, int] = {}
     coverage: dict[str, int] = {}
     branches: str = ""
-    futures: int = 0
-    cells: int = 0
     robots_arrived: int = 0
     goal_reached: bool = False
     no_route: bool = False
@@ -169,17 +170,22 @@ def play(episode: Episode) -> Outcome:
     rehearsal: Rehearsal | None = None
     try:
         with wall_clock_limit(episode.wall_s_max):
-            stage = set_stage(episode)
+            stage = _set_stage(episode)
             rehearsal = Rehearsal(stage.scenario, episode.seed, stage.plan)
-            rehearsal.run()
+            if not episode.guided:
+                rehearsal.run()
+            elif stage.swarm is not None:
+                for branches, swarm in play_chain(rehearsal, stage.swarm):
+                    episode = replace(episode, branches=said(branches))
+                    stage = Stage(stage.scenario, swarm.plan, swarm)
     except OutOfTimeError as error:
         at = "while loading" if rehearsal is None else f"at t={rehearsal.world.now_s:.1f} s"
         reason = f"the wall-clock limit of {episode.wall_s_max:g} s struck {at}{error}"
         return failed(episode, OUT_OF_TIME, reason, time.monotonic() - started_wall_s, stage=stage)
     except Exception as error:
-        return failed(episode, CRASHED, last_line(error), time.monotonic() - started_wall_s, stage=stage)
+        return failed(episode, CRASHED, _last_line(error), time.monotonic() - started_wall_s, stage=stage)
     wall_s, cpu_s = time.monotonic() - started_wall_s, time.process_time() - started_cpu_s
-    return replace(outcome_of(episode, stage, rehearsal, wall_s=wall_s), cpu_s=cpu_s)
+    return replace(_outcome_of(episode, stage, rehearsal, wall_s=wall_s), cpu_s=cpu_s)
 
 
 def drawn_plan_path(path: str) -> str:
@@ -207,7 +213,7 @@ def surprise_of(verdict: Verdict, *, expected: int, no_route: bool, solvable: bo
     return Surprise.NONE
 
 
-def set_stage(episode: Episode) -> Stage:
+def _set_stage(episode: Episode) -> Stage:
     """Load or draw the episode's input.
 
     Raises:
@@ -228,7 +234,7 @@ def set_stage(episode: Episode) -> Stage:
     return Stage(scenario, plan_for(episode.faults, robots=scenario.fleet.robots, seed=episode.seed))
 
 
-def outcome_of(episode: Episode, stage: Stage, rehearsal: Rehearsal, *, wall_s: float) -> Outcome:
+def _outcome_of(episode: Episode, stage: Stage, rehearsal: Rehearsal, *, wall_s: float) -> Outcome:
     """The outcome of a rehearsal that has been judged."""
     verdict, world = verdict_on(rehearsal, episode.seed, started_at=EPOCH, wall_s=wall_s), rehearsal.world
     lasting = episode.faults == DRAWN  # faults may last to the end, so nobody has to arrive
@@ -335,7 +341,7 @@ def _with_classes(outcome: Outcome, swarm: Swarm | None) -> Outcome:
     return replace(outcome, mode=swarm.mode, classes=tuple(map(str, swarm.classes)))
 
 
-def last_line(error: Exception) -> str:
+def _last_line(error: Exception) -> str:
     """The message of an exception, and where it was raised."""
     said = traceback.format_exception_only(error)[-1].strip().splitlines()[-1]
     frame = traceback.extract_tb(error.__traceback__)[-1]

@@ -36,7 +36,7 @@ from protocol.timeline.invariants import named
 Told = TypeVar("Told")
 
 TESTS_FAILED = 1  # pytest's exit code
-WORKER = "clew.campaign.mutants_worker"
+WORKER, GUIDED = "clew.campaign.mutants_worker", "guided"
 
 
 class Caught(Struct, frozen=True, kw_only=True):
@@ -71,7 +71,7 @@ def run_mutant(mutant: Mutant) -> Caught:
         apply(mutant, Path(folder))
         firsts = [] if mutant.seed == 1 else [mutant.seed]
         parts = [*((each, each) for each in firsts), (1, mutant.seeds_max)]
-        for outcome in chain.from_iterable(outcomes_in(Path(folder), WORKER, *part) for part in parts):
+        for outcome in chain.from_iterable(outcomes_in(Path(folder), *part) for part in parts):
             played, cpu_s = played + 1, cpu_s + outcome.cpu_s
             if is_catch(outcome, mutant) and passes_unmutated(outcome.seed):
                 return Caught(
@@ -186,9 +186,9 @@ def by(outcome: Outcome) -> str:
     return ", ".join(broken) if broken else str(outcome.surprise)
 
 
-def outcomes_in(folder: Path, worker: str, first: int, last: int) -> Iterator[Outcome]:
-    """The outcomes of these seeds with the source in the folder, as this module there plays them."""
-    return told_in(folder, [worker, str(first), str(last)], Outcome)
+def outcomes_in(folder: Path, first: int, last: int, *, guided: bool = False) -> Iterator[Outcome]:
+    """The outcomes of these seeds with the source in the folder."""
+    return told_in(folder, [WORKER, str(first), str(last), *([GUIDED] if guided else [])], Outcome)
 
 
 def told_in(folder: Path, module: Sequence[str], kind: type[Told]) -> Iterator[Told]:

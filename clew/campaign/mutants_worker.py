@@ -1,7 +1,7 @@
 """Plays swarm episodes, seed by seed, with the source of its working directory. Prints one outcome a line.
 
-`clew.campaign.mutants` runs it as `python -m clew.campaign.mutants_worker FIRST LAST` in a mutated copy of
-the source.
+`clew.campaign.mutants` runs it as `python -m clew.campaign.mutants_worker FIRST LAST [guided]` in a mutated
+copy of the source.
 """
 
 import sys
@@ -19,9 +19,10 @@ WALL_S_MAX = 300.0  # as in a campaign: on a machine at load 30, an episode of 9
 
 def main(arguments: Sequence[str]) -> int:
     """Play the seeds; returns the exit code."""
-    first, last = map(int, arguments)
-    for seed in range(first, last + 1):
-        outcome = play(replace(drawn_episode(seed, Path(), "", wall_s_max=WALL_S_MAX), judged=True))
+    first, last, *guided = arguments
+    for seed in range(int(first), int(last) + 1):
+        episode = replace(drawn_episode(seed, Path(), "", wall_s_max=WALL_S_MAX), judged=True)
+        outcome = play(replace(episode, branches="", guided=True) if guided else episode)
         sys.stdout.buffer.write(msgspec.json.encode(outcome) + b"\n")
         sys.stdout.flush()
     return 0

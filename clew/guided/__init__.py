@@ -1,1 +1,1 @@
-"""Guided search: forks a rehearsal where it reaches something new, and plays several futures."""
+"""Guided against uniform search: how soon each finds bugs that are planted on purpose."""

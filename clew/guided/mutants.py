@@ -1,10 +1,9 @@
 """How soon mutants are caught, guided against uniform. A shell.
 
 Rule 1: both ways begin with the same seeds, in the same mutated copy of the source. Each ends with the first
-        seed that surprises there and not in our own source. All CPU time until then counts, also that of
-        the replay in the copy.
-Rule 2: each trial begins with other seeds, and a guided one with no known cells. Figures are medians;
-        a trial that catches nothing is worse than any that does.
+        seed that surprises there and not in our own source, or gives up. All CPU time until then counts.
+Rule 2: each trial begins with other seeds. Figures are medians; a trial that catches nothing is worse than
+        any that does.
 Rule 3: guided and uniform trials alternate. The CPU time of the same work doubles on a busy machine, and then
         it does for both.
 """
@@ -24,9 +23,8 @@ from clew.campaign.mutant import Mutant
 from clew.campaign.mutants import apply, by, is_catch, outcomes_in
 from clew.campaign.mutants_worker import WALL_S_MAX
 
-GUIDED_WORKER, UNIFORM_WORKER = "clew.guided.mutants_worker", "clew.campaign.mutants_worker"
 HARD_SEEDS = 10  # in the median of the uniform trials
-TRIALS_APART = 10_000  # seeds between the first seeds of two trials: more than any trial plays
+TRIALS_APART = 10_000  # seeds between the first seeds of two trials, and the most that a trial plays
 
 
 class Trial(Struct, frozen=True, kw_only=True):
@@ -36,11 +34,10 @@ class Trial(Struct, frozen=True, kw_only=True):
     seed: int | None
     """The seed that caught it; None: none did."""
     branches: str
-    """The future that caught it; empty: the seed's own faults."""
+    """The strikes that caught it; empty: the seed's own faults did."""
     by: str | None
     seeds: int
     """How many seeds were played."""
-    futures: int
     cpu_s: float
 
 
@@ -59,7 +56,6 @@ class Compared(Struct, frozen=True, kw_only=True):
 
     mutant: str
     rule: str
-    seeds_max: int
     guided: Way
     uniform: Way
     seeds_ratio: float | None
@@ -96,17 +92,13 @@ def compare(mutant: Mutant, trials: int, cpu_s_max: float) -> Compared:
     with TemporaryDirectory(prefix="clew-mutant-") as name:
         apply(mutant, Path(name))
         pairs = [
-            [
-                _trial(mutant, Path(name), worker, first, cpu_s_max)
-                for worker in (GUIDED_WORKER, UNIFORM_WORKER)
-            ]
+            [_trial(mutant, Path(name), first, cpu_s_max, guided=guided) for guided in (True, False)]
             for first in firsts
         ]
     guided, uniform = (_way(trials) for trials in zip(*pairs, strict=True))
     return Compared(
         mutant=mutant.name,
         rule=mutant.rule,
-        seeds_max=mutant.seeds_max,
         guided=guided,
         uniform=uniform,
         seeds_ratio=_ratio([each.seeds for each in uniform.trials], guided.seeds_median),
@@ -131,10 +123,10 @@ def _median_of(ratios: Sequence[float | None]) -> float | None:
     return _median([-math.inf if each is None else each for each in ratios]) if ratios else None
 
 
-def _trial(mutant: Mutant, folder: Path, worker: str, first: int, cpu_s_max: float) -> Trial:
-    cpu_s, seeds, futures = 0.0, 0, 0
-    for outcome in outcomes_in(folder, worker, first, first + mutant.seeds_max - 1):
-        cpu_s, seeds, futures = cpu_s + outcome.cpu_s, seeds + 1, futures + outcome.futures
+def _trial(mutant: Mutant, folder: Path, first: int, cpu_s_max: float, *, guided: bool) -> Trial:
+    cpu_s, seeds = 0.0, 0
+    for outcome in outcomes_in(folder, first, first + TRIALS_APART - 1, guided=guided):
+        cpu_s, seeds = cpu_s + outcome.cpu_s, seeds + 1
         if is_catch(outcome, mutant) and _passes_unmutated(outcome):
             return Trial(
                 first_seed=first,
@@ -142,12 +134,11 @@ def _trial(mutant: Mutant, folder: Path, worker: str, first: int, cpu_s_max: flo
                 branches=outcome.branches,
                 by=by(outcome),
                 seeds=seeds,
-                futures=futures,
                 cpu_s=cpu_s,
             )
         if cpu_s >= cpu_s_max:
             break
-    return Trial(first_seed=first, seed=None, branches="", by=None, seeds=seeds, futures=futures, cpu_s=cpu_s)
+    return Trial(first_seed=first, seed=None, branches="", by=None, seeds=seeds, cpu_s=cpu_s)
 
 
 def _passes_unmutated(outcome: Outcome) -> bool:

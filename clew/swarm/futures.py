@@ -4,7 +4,7 @@ Rule 1: a future is named by its seed and its branches. Each branch is an instan
         draws its strike from these alone; the faults of before go on. So a future is a plain plan that can
         be played from the start.
 Rule 2: up to the instant of its last branch, a future is the same to the byte as the future without it. So
-        a run may be forked there instead of being played again.
+        a run may turn into it there (`chain`) instead of being played again.
 Rule 3: a future ends `HORIZON_S` after its last branch, and is checked for safety: its world has that time
         limit, and its mode is `safety`. So it ends there however it is played.
 Rule 4: the plan of every future has rules that never strike (`IDLE`). A plan without any rule for points of a
@@ -30,7 +30,7 @@ from protocol.keys import robot_name
 HORIZON_S = 2.0  # a strike begins within 0.8 s, and nine of ten breaches come within 1.9 s
 NEVER_S = 1e6  # longer than any run
 AFTER_S = (
-    0.001  # a branch lies just after the tick at which a run is forked: that tick has its messages behind it
+    0.001  # a branch lies just after the tick at which a run turns: that tick has its messages behind it
 )
 DECIMALS = 3
 

@@ -76,7 +76,7 @@ class Swarm:
         return plan_text(self.plan)
 
 
-@lru_cache(maxsize=1)  # a search draws its seed again to play a future from the start
+@lru_cache(maxsize=1)  # a surprise is drawn again to write its files
 def draw(seed: int) -> Swarm:
     """The swarm of a seed; the same on any machine."""
     draws = Draws(seed, "swarm/mix")

@@ -53,7 +53,7 @@ REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
     help="Fault plan; drawn: each seed draws its own faults; swarm: also its own world.",
 )
 @click.option(
-    "--guided", is_flag=True, help="With swarm: search each seed for futures that reach something new."
+    "--guided", is_flag=True, help="With swarm: strike a robot of each seed wherever a new view begins."
 )
 @click.option(
     "--future",
@@ -135,7 +135,7 @@ def campaign(
 
     _check(bool(roots or more), faults, (robots, law, deployment, time_s_max, tight))
     _check_swarm(faults, guided=guided, future=future, keep=keep)
-    source = _source(executor, scheduler, jobs, guided=guided)
+    source = _source(executor, scheduler, jobs)
     request = Request(
         roots=(*roots, *more),
         robots=robots,
@@ -196,12 +196,12 @@ def _check_swarm(faults: str | None, *, guided: bool, future: str | None, keep: 
     if faults != SWARM and (guided or keep or future is not None):
         raise UsageError("--guided, --future, --keep: need --faults swarm")
     if guided and future is not None:
-        raise UsageError("--guided: searches for futures itself, so --future must not be given")
+        raise UsageError("--guided: makes its own futures, so --future must not be given")
     if future is not None:
         read_branches(future)
 
 
-def _source(executor: str, scheduler: str | None, jobs: int | None, *, guided: bool) -> "Source":
+def _source(executor: str, scheduler: str | None, jobs: int | None) -> "Source":
     """What plays the episodes.
 
     Raises:
@@ -210,14 +210,13 @@ def _source(executor: str, scheduler: str | None, jobs: int | None, *, guided: b
     from clew.campaign.campaign import hash_of_source
     from clew.campaign.executors.cluster import cluster_outcomes
     from clew.campaign.executors.pool import outcomes_of
-    from clew.guided.batches import guided_outcomes
 
     if executor == "processes":
         if scheduler is not None:
             raise UsageError("--scheduler: needs --executor dask")
-        return guided_outcomes if guided else outcomes_of
-    if scheduler is None or jobs is not None or guided:
-        raise UsageError("--executor dask: needs --scheduler, and neither --jobs nor --guided must be given")
+        return outcomes_of
+    if scheduler is None or jobs is not None:
+        raise UsageError("--executor dask: needs --scheduler, and --jobs must not be given")
     need("distributed", extra="cluster", by="--executor dask needs")
     return partial(cluster_outcomes, scheduler=scheduler, source_hash=hash_of_source())
 
@@ -226,6 +225,7 @@ def _print(result: "Campaign", out: Path) -> None:
     from clew.campaign.classes import class_table, coverage_table
     from clew.campaign.episode import SWARM
     from clew.campaign.families import in_words, table
+    from clew.swarm.futures import read_branches
 
     out_table = console()
     out_table.print(table(result.families, result.all))
@@ -234,10 +234,8 @@ def _print(result: "Campaign", out: Path) -> None:
         out_table.print(coverage_table(result.coverage))
     _print_surprises(result, out)
     if result.guided:
-        futures, cells = (
-            sum(getattr(each, name) for each in result.episodes) for name in ("futures", "cells")
-        )
-        say(f"guided: {futures} futures, {cells} cells")
+        strikes = sum(len(read_branches(each.branches)) for each in result.episodes)
+        say(f"guided: {strikes} strikes")
     if result.uncovered:
         say(f"not covered: {', '.join(result.uncovered)}")
     word = "INTERRUPTED" if result.interrupted else "OK" if result.ok else "FAILED"

@@ -60,7 +60,6 @@ ONLY_IN = {
         "clew/bench/live.py",
         "clew/campaign/episode.py",
         "clew/explore/explore.py",
-        "clew/guided/search.py",
         "clew/fleet/live.py",
         "clew/log/vigil.py",
         "clew/rehearsal/recorded.py",

@@ -15,18 +15,27 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from typing import TypeVar
 
 from clew.campaign.episode import CRASHED, Episode, Outcome, failed, play
 from protocol.process.asked import EXIT_CODES
 
-T = TypeVar("T")
-Play = Callable[[Episode], T]
-
 
 def outcomes_of(episodes: Sequence[Episode], jobs: int) -> Iterator[Outcome]:
     """The outcomes in the order in which they come; one job plays in this process."""
-    yield from results_of(episodes, jobs, play, lost)
+    if jobs == 1:
+        yield from map(play, episodes)
+        return
+    # Affects the workers only: they load numpy after this, the parent has loaded it already.
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"
+    waiting, running = deque(episodes), list[Episode]()
+    while waiting or running:
+        try:
+            yield from _pooled(waiting, running, jobs)
+        except BrokenProcessPool:
+            suspects = running.copy()
+            running.clear()
+            for each in suspects:
+                yield _alone(each)
 
 
 def lost(episode: Episode) -> Outcome:
@@ -34,32 +43,14 @@ def lost(episode: Episode) -> Outcome:
     return failed(episode, CRASHED, "its process died", 0.0)
 
 
-def results_of(episodes: Sequence[Episode], jobs: int, play_one: Play[T], lose_one: Play[T]) -> Iterator[T]:
-    """What `play_one` makes of each episode, and `lose_one` of one whose process has died."""
-    if jobs == 1:
-        yield from map(play_one, episodes)
-        return
-    # Affects the workers only: they load numpy after this, the parent has loaded it already.
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"
-    waiting, running = deque(episodes), list[Episode]()
-    while waiting or running:
-        try:
-            yield from _pooled(waiting, running, jobs, play_one)
-        except BrokenProcessPool:
-            suspects = running.copy()
-            running.clear()
-            for each in suspects:
-                yield _alone(each, play_one, lose_one)
-
-
-def _pooled(waiting: deque[Episode], running: list[Episode], jobs: int, play_one: Play[T]) -> Iterator[T]:
+def _pooled(waiting: deque[Episode], running: list[Episode], jobs: int) -> Iterator[Outcome]:
     """Keep all workers busy; `running` holds the episodes that they play."""
     with _pool(jobs) as pool:
 
-        def submit(episode: Episode) -> Future[T]:
+        def submit(episode: Episode) -> Future[Outcome]:
             running.append(episode)
             with _requests_kept_from_children():
-                return pool.submit(play_one, episode)
+                return pool.submit(play, episode)
 
         try:
             for episode, future in finished(waiting, submit, lambda: jobs):
@@ -73,10 +64,10 @@ def _pooled(waiting: deque[Episode], running: list[Episode], jobs: int, play_one
 
 
 def finished(
-    waiting: deque[Episode], submit: Callable[[Episode], Future[T]], at_once: Callable[[], int]
-) -> Iterator[tuple[Episode, Future[T]]]:
+    waiting: deque[Episode], submit: Callable[[Episode], Future[Outcome]], at_once: Callable[[], int]
+) -> Iterator[tuple[Episode, Future[Outcome]]]:
     """Submit what waits, so many at once, and yield each future that is done; more may come to wait."""
-    futures: dict[Future[T], Episode] = {}
+    futures: dict[Future[Outcome], Episode] = {}
     while waiting or futures:
         most = at_once()
         while waiting and len(futures) < most:
@@ -87,14 +78,14 @@ def finished(
             yield futures.pop(future), future
 
 
-def _alone(episode: Episode, play_one: Play[T], lose_one: Play[T]) -> T:
+def _alone(episode: Episode) -> Outcome:
     with _pool(1) as pool:
         try:
             with _requests_kept_from_children():
-                coming = pool.submit(play_one, episode)
+                coming = pool.submit(play, episode)
             return coming.result()
         except BrokenProcessPool:
-            return lose_one(episode)
+            return lost(episode)
 
 
 def _pool(jobs: int) -> ProcessPoolExecutor:

@@ -1,5 +1,6 @@
 """An episode: what replays it, and what is said of one that does not end."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,8 @@ from clew.campaign.campaign import drawn_episode
 from clew.campaign.classes import by_class
 from clew.campaign.episode import Episode, Surprise, play
 from clew.rehearsal.rehearsal import Rehearsal
-from clew.swarm.futures import draw_future, read_branches
+from clew.swarm.futures import Branches, branched, draw_future, read_branches
+from clew.swarm.swarm import Swarm
 
 SEED, FUTURE = 3, "3.101:r2:1"
 
@@ -42,3 +44,22 @@ def test_a_future_that_does_not_end_is_told_of_as_this_future_with_its_faults(
     assert drawn.classes
     for each in drawn.classes:
         assert figures[each].crashed + figures[each].stopped == 1
+
+
+@pytest.mark.parametrize("raised", [RuntimeError("a bug of ours"), episodes.OutOfTimeError()])
+def test_a_chain_that_does_not_end_is_told_of_as_the_future_that_it_has_become(
+    raised: BaseException, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def play_chain(_: Rehearsal, swarm: Swarm) -> Iterator[tuple[Branches, Swarm]]:
+        branches = read_branches(FUTURE)
+        yield branches, branched(swarm, branches)
+        raise raised
+
+    monkeypatch.setattr(episodes, "play_chain", play_chain)
+    drawn = drawn_episode(SEED, Path(), "", wall_s_max=60.0)
+    guided = replace(drawn, branches="", guided=True)
+    assert guided.replay.endswith(f"--seeds {SEED} --guided --keep"), "its branches are not known yet"
+    outcome = play(guided)
+    assert outcome.surprise in {Surprise.CRASHED, Surprise.STOPPED}
+    assert (outcome.branches, outcome.mode) == (FUTURE, "safety")
+    assert outcome.replay == replace(drawn, branches=FUTURE).replay

@@ -87,7 +87,7 @@ def test_the_seed_that_caught_a_mutant_before_is_played_first(
 ) -> None:
     parts = []
 
-    def outcomes(_folder: Path, _worker: str, first: int, last: int) -> Iterator[Outcome]:
+    def outcomes(_folder: Path, first: int, last: int) -> Iterator[Outcome]:
         parts.append((first, last))
         for seed in range(first, last + 1):
             yield outcome(seed=seed, surprise=Surprise.VIOLATION if seed in catches else Surprise.NONE)

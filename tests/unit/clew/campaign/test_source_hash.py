@@ -11,11 +11,10 @@ LOADED = """
 import sys
 from pathlib import Path
 from msgspec.structs import replace
-import clew.guided.search
 from clew.campaign.campaign import drawn_episode
 from clew.campaign.episode import play
 drawn = drawn_episode(3, Path(), "", wall_s_max=100.0)
-play(replace(drawn, judged=True))
+play(replace(drawn, judged=True, branches="", guided=True))
 files = [getattr(module, "__file__", None) for module in sys.modules.values()]
 print(*filter(None, files), sep="\\n")
 """

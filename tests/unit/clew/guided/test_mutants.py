@@ -6,11 +6,12 @@ import pytest
 from clew.campaign.episode import Outcome, Surprise
 from clew.campaign.mutant import mutant
 from clew.guided import mutants
-from clew.guided.mutants import GUIDED_WORKER, UNIFORM_WORKER, compare, summed_up
+from clew.guided.mutants import compare, summed_up
 
 BROKEN = mutant("broken", "a rule", "file.py", "before", "after", breaks=("F1",))
 CPU_S = 2.0  # of each seed
-EACH = {GUIDED_WORKER: 3, UNIFORM_WORKER: 40}
+GUIDED, UNIFORM = True, False
+EACH = {GUIDED: 3, UNIFORM: 40}
 """After how many seeds a trial catches the mutant."""
 
 
@@ -34,27 +35,27 @@ def outcome(seed: int, *, caught: bool) -> Outcome:
 
 
 @pytest.fixture
-def workers(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The workers that were asked, in order; none plays anything."""
-    asked: list[str] = []
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
+    """Whether each trial was guided, in order; none plays anything."""
+    trials: list[bool] = []
 
-    def outcomes_in(_: Path, worker: str, first: int, last: int) -> Iterator[Outcome]:
-        asked.append(worker)
+    def outcomes_in(_: Path, first: int, last: int, *, guided: bool) -> Iterator[Outcome]:
+        trials.append(guided)
         for seed in range(first, last + 1):
-            yield outcome(seed, caught=seed == first + EACH[worker] - 1)
+            yield outcome(seed, caught=seed == first + EACH[guided] - 1)
 
     monkeypatch.setattr(mutants, "apply", lambda _mutant, _folder: None)
     monkeypatch.setattr(mutants, "outcomes_in", outcomes_in)
     monkeypatch.setattr(mutants, "_passes_unmutated", lambda _: True)
-    return asked
+    return trials
 
 
-def test_guided_and_uniform_trials_alternate(workers: list[str]) -> None:
+def test_guided_and_uniform_trials_alternate(asked: list[bool]) -> None:
     compare(BROKEN, 2, 1e3)
-    assert workers == [GUIDED_WORKER, UNIFORM_WORKER] * 2
+    assert asked == [GUIDED, UNIFORM] * 2
 
 
-@pytest.mark.usefixtures("workers")
+@pytest.mark.usefixtures("asked")
 def test_the_ratio_is_of_medians_and_at_least_that_of_what_uniform_trials_spent_before_they_gave_up() -> None:
     compared = compare(BROKEN, 3, 1e3)
     assert compared.cpu_ratio == pytest.approx(40 / 3)
@@ -64,12 +65,12 @@ def test_the_ratio_is_of_medians_and_at_least_that_of_what_uniform_trials_spent_
     assert compare(BROKEN, 3, CPU_S).cpu_ratio is None
 
 
-@pytest.mark.usefixtures("workers")
+@pytest.mark.usefixtures("asked")
 def test_mutants_that_uniform_seeds_catch_early_are_not_in_the_median_of_the_hard_ones(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     hard = compare(BROKEN, 1, 1e3)
-    monkeypatch.setitem(EACH, UNIFORM_WORKER, 3)
+    monkeypatch.setitem(EACH, UNIFORM, 3)
     easy = compare(BROKEN, 1, 1e3)
     comparison = summed_up([hard, easy, easy])
     assert comparison.cpu_ratio_median == pytest.approx(1.0)
@@ -77,6 +78,6 @@ def test_mutants_that_uniform_seeds_catch_early_are_not_in_the_median_of_the_har
     assert summed_up([easy]).cpu_ratio_median_hard is None
 
 
-@pytest.mark.usefixtures("workers")
+@pytest.mark.usefixtures("asked")
 def test_a_mutant_is_hard_where_uniform_trials_give_up_however_early() -> None:
     assert compare(BROKEN, 3, 4 * CPU_S).is_hard

@@ -3,7 +3,6 @@ from collections.abc import Iterator
 import msgspec
 import pytest
 
-from clew.guided.forks import in_a_fork
 from clew.rehearsal.rehearsal import Rehearsal
 from clew.swarm.futures import (
     HORIZON_S,
@@ -47,24 +46,16 @@ def two_branches(seed: int) -> Branches:
 
 
 @pytest.mark.parametrize("seed", [12, *long([17])])
-def test_a_future_that_is_forked_equals_one_from_the_start_to_the_byte(seed: int) -> None:
+def test_a_run_that_turns_into_a_future_equals_one_from_the_start_to_the_byte(seed: int) -> None:
     run = begin(draw_future(seed, ()))
     ticks = run.ticks()
     first, second = two_branches(seed)
-    reach(ticks, first)
-
-    def play_on() -> bytes:
-        turn_to(run, draw_future(seed, (first,)))
-        reach(ticks, second)
-        turn_to(run, draw_future(seed, (first, second)))
-        assert list(ticks)
-        return timeline(run)
-
-    forked = in_a_fork(play_on)
+    for branches in ((first,), (first, second)):
+        reach(ticks, branches[-1])
+        turn_to(run, draw_future(seed, branches))
     assert list(ticks)
-    whole = begin(draw_future(seed, (first, second))).run()
-    assert forked == timeline(whole)
-    assert timeline(whole) != timeline(run)
+    assert timeline(run) == timeline(begin(draw_future(seed, (first, second))).run())
+    assert timeline(run) != timeline(begin(draw_future(seed, (first,))).run())
 
 
 @pytest.mark.parametrize("seed", [12, *long([17])])

@@ -19,7 +19,7 @@ from clew.campaign.executors import player
 from clew.campaign.executors.cluster import cluster_outcomes
 from clew.campaign.executors.player import play_apart
 from protocol.errors import UsageError
-from tests.support.campaigns import clew, scene
+from tests.support.campaigns import clew, scene, told
 from tests.support.deadline import DEADLINE_S
 
 OF_THE_MACHINE = ("wall_s", "cpu_s")
@@ -69,6 +69,23 @@ def test_a_campaign_on_a_cluster_of_which_a_worker_is_killed_has_the_outcomes_of
     assert killed
 
 
+def test_a_guided_campaign_on_a_cluster_has_the_outcomes_of_one_on_this_machine(
+    cluster: LocalCluster, tmp_path: Path
+) -> None:
+    for out, *where in (
+        ("there", "--executor", "dask", "--scheduler", cluster.scheduler_address),
+        ("here", "--jobs", "1"),
+    ):
+        guided = ("--faults", "swarm", "--guided", "--seeds", "19-20", "--out", tmp_path / out)
+        assert clew("campaign", *guided, *where).exit_code == 0
+    here, there = (
+        [each | dict.fromkeys(OF_THE_MACHINE) for each in told(tmp_path / out)["episodes"]]
+        for out in ("here", "there")
+    )
+    assert here == there
+    assert all(each["branches"] for each in here), "each seed is struck"
+
+
 def test_a_worker_with_another_source_or_without_the_scene_refuses(
     cluster: LocalCluster, tmp_path: Path
 ) -> None:
@@ -82,7 +99,7 @@ def test_a_worker_with_another_source_or_without_the_scene_refuses(
 REFUSED: dict[str, tuple[tuple[str, ...], str]] = {
     "no address": (("--executor", "dask"), "needs --scheduler"),
     "no Dask": (("--scheduler", "tcp://127.0.0.1:1"), "needs --executor dask"),
-    "jobs": (("--executor", "dask", "--scheduler", "tcp://127.0.0.1:1", "--jobs", "2"), "neither --jobs"),
+    "jobs": (("--executor", "dask", "--scheduler", "tcp://127.0.0.1:1", "--jobs", "2"), "--jobs must not"),
     "no scheduler": (("--executor", "dask", "--scheduler", "tcp://127.0.0.1:1"), "no Dask scheduler answers"),
     "no such protocol": (("--executor", "dask", "--scheduler", "abc://x:1"), "no Dask scheduler answers"),
 }
