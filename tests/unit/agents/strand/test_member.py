@@ -1,5 +1,7 @@
 """Members of a strand as conversations, with bodies, sensors and a network that loses messages."""
 
+from itertools import pairwise
+
 import pytest
 from msgspec.structs import replace
 
@@ -8,6 +10,7 @@ from agents.events import LinkHeard
 from agents.liveness.reason import Turnabout
 from agents.navigation.step import NoStep
 from agents.strand.blocked import BLOCKED_S
+from agents.strand.grants import GRANT_M_MIN
 from agents.strand.leader import NO_WAY, DeadEnd, Leader, Wait
 from agents.strand.leading import SETTLED_S
 from protocol.fence import Cause
@@ -175,6 +178,18 @@ def test_a_leader_that_began_too_near_to_something_grants_nothing(off_m: float, 
     assert stage.leader.progress_m > stage.leader.formation.s_m + 0.5
     reason = stage.leader.reason
     assert granted or (reason is not None and reason.cause is Cause.MISFIT)
+
+
+def test_a_leader_that_began_too_near_to_something_and_arrives_there_lets_others_come_up_to_it() -> None:
+    """It stays, so nobody comes to where it began; the others are not to say that they have arrived before."""
+    here = replace(MISSION, goal=Point(x_m=0.0, y_m=0.0))
+    spacing_m = here.grant_keep_m + 0.9 * GRANT_M_MIN  # so little is granted only when it has arrived
+    stage = MemberStage(here, row(3, spacing_m=spacing_m), ORDER)
+    stage.leader.strand.grants.withhold(too_near=True)
+    stage.run(30.0)
+    assert [robot for robot, record in stage.told if isinstance(record, RobotArrived)] == [1, 2, 3]
+    ways_m = [stage.members[robot].progress_m for robot in ORDER]
+    assert [one - other for one, other in pairwise(ways_m)] == [pytest.approx(here.grant_keep_m)] * 2
 
 
 def test_under_another_fence_than_the_formations_a_member_does_nothing() -> None:
