@@ -181,7 +181,7 @@ def test_a_leader_that_began_too_near_to_something_grants_nothing(off_m: float, 
 
 
 def test_a_leader_that_began_too_near_to_something_and_arrives_there_lets_others_come_up_to_it() -> None:
-    """It stays, so nobody comes to where it began; the others are not to say that they have arrived before."""
+    """It stays, so nobody comes to where it began; the others say that they have arrived only after that."""
     here = replace(MISSION, goal=Point(x_m=0.0, y_m=0.0))
     spacing_m = here.grant_keep_m + 0.9 * GRANT_M_MIN  # so little is granted only when it has arrived
     stage = MemberStage(here, row(3, spacing_m=spacing_m), ORDER)
