@@ -53,6 +53,11 @@ def test_every_file_that_a_page_names_exists() -> None:
     assert dead == []
 
 
+def test_no_page_has_a_mark_of_a_merge_that_was_not_resolved() -> None:
+    found = [path.name for path in pages() if re.search("^(<{7}|>{7}) ", path.read_text("utf-8"), re.M)]
+    assert found == []
+
+
 def test_everything_that_keeps_a_rule_and_every_test_of_it_exists() -> None:
     named = list(kept_by(page(STRAND)))
     assert len(named) >= 20
