@@ -54,7 +54,8 @@ def test_every_file_that_a_page_names_exists() -> None:
 
 
 def test_no_page_has_a_mark_of_a_merge_that_was_not_resolved() -> None:
-    found = [path.name for path in pages() if re.search("^(<{7}|>{7}) ", path.read_text("utf-8"), re.M)]
+    mark = re.compile("^(<{7}|>{7}) ", re.MULTILINE)
+    found = [path.name for path in pages() if mark.search(path.read_text(encoding="utf-8"))]
     assert found == []
 
 
