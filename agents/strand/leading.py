@@ -296,7 +296,7 @@ class Leading:
         if self._arrived:
             return [reached]
         self._arrived = True
-        self._strand.grants.withhold(too_near=False)  # it stays, so nobody comes to where it began
+        self._strand.grants.withhold(too_near=False)  # of `Grants`, rule 4
         return [reached, Note(RobotArrived(progress_m=self._driver.progress_m))]
 
     def _position(self) -> Floats:
