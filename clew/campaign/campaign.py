@@ -154,6 +154,8 @@ def run(
                 )
             except KeyboardInterrupt:
                 interrupted = True
+                # One outcome may be in the file, and not in `done` yet.
+                done = _kept_of(episodes, read_outcomes(request.out / EPISODES_FILE)) | done
             campaign = _sum_up(request, episodes, done, source_hash, interrupted=interrupted)
             text = msgspec.json.format(msgspec.json.encode(campaign)) + b"\n"
             write_whole(request.out / CAMPAIGN_FILE, text)

@@ -181,15 +181,13 @@ def test_a_leader_that_began_too_near_to_something_grants_nothing(off_m: float, 
 
 
 def test_a_leader_that_began_too_near_to_something_and_arrives_there_lets_others_come_up_to_it() -> None:
-    """It stays, so nobody comes to where it began; the others say that they have arrived only after that."""
     here = replace(MISSION, goal=Point(x_m=0.0, y_m=0.0))
-    spacing_m = here.grant_keep_m + 0.9 * GRANT_M_MIN  # so little is granted only when it has arrived
-    stage = MemberStage(here, row(3, spacing_m=spacing_m), ORDER)
+    stage = MemberStage(here, row(3, spacing_m=here.grant_keep_m + 0.9 * GRANT_M_MIN), ORDER)
     stage.leader.strand.grants.withhold(too_near=True)
     stage.run(30.0)
     assert [robot for robot, record in stage.told if isinstance(record, RobotArrived)] == [1, 2, 3]
-    ways_m = [stage.members[robot].progress_m for robot in ORDER]
-    assert [one - other for one, other in pairwise(ways_m)] == [pytest.approx(here.grant_keep_m)] * 2
+    apart_m = [one.progress_m - other.progress_m for one, other in pairwise(stage.members.values())]
+    assert apart_m == [pytest.approx(here.grant_keep_m)] * 2
 
 
 def test_under_another_fence_than_the_formations_a_member_does_nothing() -> None:

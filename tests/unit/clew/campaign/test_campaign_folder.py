@@ -2,8 +2,12 @@
 
 import fcntl
 import json
+import signal
+from collections.abc import Iterator
+from io import FileIO
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from clew.campaign.episode import Episode, Outcome, play
@@ -56,6 +60,20 @@ def test_a_campaign_holds_its_folder_until_its_summary_is_written(
     monkeypatch.setattr("clew.campaign.campaign.write_whole", writing)
     assert clew("campaign", played, "--jobs", "1", "--judge-every", "0", "--out", out).exit_code == 0
     assert seen == ["played", "campaign.json"]
+
+
+def test_an_outcome_that_was_written_as_the_interrupt_came_counts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def playing(played: Iterator[Outcome], file: FileIO, *_: object) -> None:
+        file.write(msgspec.json.encode(next(played)) + b"\n")
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr("clew.campaign.campaign._play", playing)
+    out = tmp_path / "out"
+    assert clew("campaign", scene(tmp_path / "one.json"), "--jobs", "1", "--out", out).exit_code == 130
+    told = json.loads((out / "campaign.json").read_text())
+    assert (told["interrupted"], told["all"]["episodes"]) == (True, 1)
 
 
 @pytest.mark.parametrize(
