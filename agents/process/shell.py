@@ -29,7 +29,7 @@ from agents.process.points import is_plan
 from agents.process.victim import Victim
 from agents.process.watching import at_once, beside, watched_by
 from agents.robot import Robot
-from protocol.errors import UsageError
+from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.process_faults import ProcessFault
 from protocol.fence import LIFE_BITS
@@ -82,7 +82,7 @@ async def run(
 
     Raises:
         UsageError: no router admits us.
-        SessionLostError: see `open_transport`.
+        SessionLostError: see `open_transport`; or the world is silent, or has not recorded all.
     """
     keys, name = session.keys, robot_name(robot)
     incarnation = secrets.token_hex(4)
@@ -95,7 +95,7 @@ async def run(
         shell = Shell(robot, session, transport, incarnation, conditions=conditions, victim=victim)
         mission = await shell.mission()
         if mission is None:
-            return ExitCode.FAILED
+            raise SessionLostError("the world has told no mission")
         await shell.accept(mission)
         inputs = None if session.inputs is None else Path(session.inputs)
         head = Head(robot=robot, incarnation=incarnation, mission=mission, life=life_number, again=again)
@@ -193,8 +193,7 @@ class Shell:
                 for given in self._events(arrivals):
                     await self._obey(given.event, await self._decided(robot, given, journal))
                 self._watch(robot.watches)
-            if self._world_is_silent():
-                return ExitCode.FAILED
+            self._check_world()
         journal.end("the run is over")
         return await self._close()
 
@@ -248,12 +247,13 @@ class Shell:
         self._note(RobotSettled(sent=self._counted().sent))
         while self._phase is Phase.OVER:
             await self._turn()
-            if self._world_is_silent():
-                return ExitCode.FAILED
+            self._check_world()
         for part in in_parts(self._counted()):
             self._note(part)
         await self._tell_last()
-        return ExitCode.FAILED if len(self._outbox) else ExitCode.OK
+        if left := len(self._outbox):
+            raise SessionLostError(f"the world has not recorded the last {left} timeline entries")
+        return ExitCode.OK
 
     async def _tell_last(self) -> None:
         """Wait until the entries are recorded, up to a limit."""
@@ -301,12 +301,17 @@ class Shell:
                     pass  # a robot answers no queries; refused messages have been recorded
         return at_once(events)
 
-    def _world_is_silent(self) -> bool:
-        """Whether the world has been silent for too long (rule 3)."""
+    def _check_world(self) -> None:
+        """Give up when the world has been silent for too long (rule 3).
+
+        Raises:
+            SessionLostError: it has.
+        """
         now_s = time.monotonic()
         self._world_silent_s += min(now_s - self._looked_s, LOOK_S_MAX)
         self._looked_s = now_s
-        return self._world_silent_s > self._patience_s
+        if self._world_silent_s > self._patience_s:
+            raise SessionLostError(f"the world has been silent for {self._patience_s:.0f} s")
 
     def _do(self, command: Command) -> None:
         match command:

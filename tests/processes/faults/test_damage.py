@@ -218,12 +218,14 @@ def test_world_and_robots_report_a_lost_session_and_end(fleet: Fleet) -> None:
         wait_until(lambda: all(report in said(fleet) for report in reports) or None)
 
 
-def test_fleet_arrives_over_a_slow_wire_that_was_damaged_for_a_while(fleet: Fleet) -> None:
+def test_fleet_arrives_over_a_slow_wire_that_damaged_messages_for_a_while(fleet: Fleet) -> None:
     slow = Faults(delay_s=0.05, jitter_s=0.02)
+    # A flipped bit in Zenoh's own bytes may end a session or silence a link for good (docs/chaos.md).
+    damaged = replace(slow, flip_probability=0.02, only_seals=True)
     with fleet_behind_proxy(fleet) as (world, between):
         fleet.wait_for("step.planned")
         for way in Way:
-            between.faults[way] = replace(slow, flip_probability=0.01)
+            between.faults[way] = damaged
         fleet.wait_for("message.refused")
         for way in Way:
             between.faults[way] = slow

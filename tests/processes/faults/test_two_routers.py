@@ -124,9 +124,22 @@ async def test_the_routers_find_each_other_whichever_is_started_again(two: Path,
         assert await heard_across(two)
 
 
+async def turn_away(two: Path, tries: int) -> None:
+    """Close so many connections at the socket of the first router, and leave."""
+    path, came = unix_socket_endpoint(two, 1).partition("/")[2], asyncio.Semaphore(0)
+
+    def close(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        writer.close()
+        came.release()
+
+    async with asyncio.timeout(DEADLINE_S), await asyncio.start_unix_server(close, path):
+        for _ in range(tries):
+            await came.acquire()
+
+
 async def test_the_second_router_finds_a_first_that_comes_later(two: Path) -> None:
     with router(two, 2), client(two, WORLD, only=2):
-        await asyncio.sleep(1.0)  # it has tried, and more than once
+        await turn_away(two, tries=3)  # and while the first one starts, it finds nobody there
         with router(two, 1):
             assert await heard_across(two)
 

@@ -5,6 +5,7 @@ import os
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -43,6 +44,11 @@ class Fleet:
     # Below /tmp: the path of pytest's folder may be too long for a socket.
     temporary: Path = field(default_factory=lambda: Path(tempfile.mkdtemp(prefix="ct.", dir="/tmp")))
     launcher: subprocess.Popen[str] | None = None
+
+    @property
+    def said(self) -> Path:
+        """The file for what parts print on stderr that have no launcher."""
+        return self.cwd / "said"
 
     def start(self, *arguments: str) -> subprocess.Popen[str]:
         return self.start_with(str(LAUNCHER), *arguments)
@@ -140,14 +146,20 @@ class Fleet:
         return [*self.processes().values(), *map(str, self.temporary.iterdir())]
 
     def destroy(self) -> None:
-        """End everything that a failed test has left."""
+        """End everything that a failed test has left.
+
+        What was printed on stderr is printed again: pytest shows it if the test has failed.
+        """
         for pid in self.processes():
             try:
                 os.kill(pid, signal.SIGKILL)
             except ProcessLookupError:
                 continue
         if self.launcher is not None:
-            self.launcher.communicate(timeout=DEADLINE_S)
+            _, err = self.launcher.communicate(timeout=DEADLINE_S)
+            sys.stderr.write(err or "")  # None at a terminal
+        if self.said.exists():
+            sys.stderr.write(self.said.read_text(encoding="utf-8"))
         shutil.rmtree(self.temporary)
 
 

@@ -65,7 +65,7 @@ class Parts:
         environment = {**os.environ, "CLEW_TEST_MARK": self.fleet.mark}
         pipe = subprocess.PIPE
         with (
-            (self.fleet.cwd / "said").open("a") as said,
+            self.fleet.said.open("a") as said,
             subprocess.Popen(
                 where(sys.executable, *arguments, "--lifeline"),
                 cwd=ROOT,
@@ -96,4 +96,4 @@ def _end(part: subprocess.Popen[str]) -> None:
 
 def said(fleet: Fleet) -> str:
     """Everything that the parts have printed on stderr."""
-    return (fleet.cwd / "said").read_text(encoding="utf-8")
+    return fleet.said.read_text(encoding="utf-8")

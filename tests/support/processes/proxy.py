@@ -17,6 +17,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from random import Random
 
+from protocol.wire.codec import SEAL_BYTES, UINT32
+
 PIECE_BYTES_MAX = 4096  # per read: holds several messages of a fleet
 PIECES_MAX = 256  # in flight: then the sender has to wait, as for a full TCP window
 FRAME, MESSAGE_MASK = 0x05, 0x1F  # in a batch's first byte: the kind of its transport message
@@ -37,6 +39,8 @@ class Faults:
 
     flip_probability: float = 0.0
     """One of its bits is flipped."""
+    only_seals: bool = False
+    """Only checksums of our messages are flipped, where a piece ends with one; Zenoh's own bytes pass."""
     truncate_probability: float = 0.0
     """The piece loses its end; the next piece follows normally."""
     reset_probability: float = 0.0
@@ -67,13 +71,25 @@ class Fate:
 
 def lengthened(piece: bytes, by: bytes) -> bytes:
     """Zenoh's bytes, with these appended to the last batch if that is a complete frame."""
+    if (begin := begin_of_last_frame(piece)) is None:
+        return piece
+    batch = piece[begin + 2 :]
+    return piece[:begin] + (len(batch) + len(by)).to_bytes(2, "little") + batch + by
+
+
+def begin_of_last_frame(piece: bytes) -> int | None:
+    """Where the last of Zenoh's batches begins; None if that is no complete frame."""
     begin, end = 0, 0
     while end < len(piece):
         begin, end = end, end + 2 + int.from_bytes(piece[end : end + 2], "little")
-    batch = piece[begin + 2 :]
-    if end != len(piece) or not batch or batch[0] & MESSAGE_MASK != FRAME:
-        return piece
-    return piece[:begin] + (len(batch) + len(by)).to_bytes(2, "little") + batch + by
+    is_frame = end == len(piece) > begin + 2 and piece[begin + 2] & MESSAGE_MASK == FRAME
+    return begin if is_frame else None
+
+
+def ends_with_seal(piece: bytes) -> bool:
+    """Whether the last bytes are the checksum of a message of ours."""
+    begin = begin_of_last_frame(piece)
+    return begin is not None and piece[begin + 2 :][-SEAL_BYTES:].startswith(bytes([UINT32]))
 
 
 def without_frames(piece: bytes) -> bytes:
@@ -95,6 +111,9 @@ def fate(piece: bytes, faults: Faults, random: Random) -> Fate:
     kept_bytes = random.randrange(len(piece))
     resets = random.random() < faults.reset_probability
     delay_s = faults.delay_s + random.uniform(0.0, faults.jitter_s)
+    if faults.only_seals:
+        flips = flips and ends_with_seal(piece)
+        bit = 8 * (len(piece) - SEAL_BYTES) + bit % (8 * SEAL_BYTES)
     piece = lengthened(piece, faults.forged)
     if faults.frames_lost:
         piece = without_frames(piece)

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from protocol.wire.codec import SEAL_BYTES, sealed
 from tests.support.deadline import DEADLINE_S
 from tests.support.processes.proxy import FRAME, PIECE_BYTES_MAX, Fate, Faults, Proxy, Way, fate, proxy
 
@@ -70,6 +71,18 @@ def test_flip_changes_one_bit(piece: bytes, seed: int) -> None:
     suffered = fate(piece, Faults(flip_probability=1.0), Random(seed))
     assert suffered.struck == ("flipped",)
     assert differing_bits(suffered.piece, piece) == 1
+
+
+@given(PIECES, SEEDS)
+def test_of_seals_only_those_at_the_end_of_a_whole_frame_are_flipped(said: bytes, seed: int) -> None:
+    flipping, message = Faults(flip_probability=1.0, only_seals=True), sealed(said)
+    frame = batch(bytes([FRAME]) + message)
+    suffered = fate(frame, flipping, Random(seed))
+    assert suffered.struck == ("flipped",)
+    assert suffered.piece[:-SEAL_BYTES] == frame[:-SEAL_BYTES]
+    assert differing_bits(suffered.piece, frame) == 1
+    for other in (frame[:-1], message, batch(bytes([FRAME])), batch(b"\x04" + message)):
+        assert fate(other, flipping, Random(seed)) == Fate(other, 0.0, ())
 
 
 @given(PIECES, SEEDS)
