@@ -76,8 +76,7 @@ def map_verb(file: Path, *, robot_radius_m: float, **asked: Any) -> None:  # noq
     not known to be free is an obstacle: also unknown cells, and everything beyond the image.
     """
     if not file.is_file():  # first: a mistyped path needs no library
-        wrong = "is a folder; give the YAML file of a map" if file.is_dir() else "there is no such file"
-        raise UsageError(f"{file}: {wrong}")
+        raise UsageError(f"{file}: there is no such file")
     for module in ("PIL", "yaml"):
         need(module, extra="maps", by="maps need")
     from clew.maps.occupancy import SAVED_UNKNOWN, read_map

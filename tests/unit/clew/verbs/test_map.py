@@ -112,9 +112,6 @@ def test_a_missing_library_is_named_with_its_extra(
     mistyped = clew("map", str(tmp_path / "none.yaml"), *ASKED)
     refusal = f"Error: {tmp_path}/none.yaml: there is no such file\n"
     assert (mistyped.exit_code, mistyped.stderr) == (2, refusal)
-    folder = clew("map", str(tmp_path), *ASKED)
-    refusal = f"Error: {tmp_path}: is a folder; give the YAML file of a map\n"
-    assert (folder.exit_code, folder.stderr) == (2, refusal)
 
 
 def test_more_obstacles_than_a_scenario_may_have_are_refused_before_they_are_made(
