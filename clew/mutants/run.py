@@ -24,7 +24,7 @@ import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
-from clew.campaign.campaign import PACKAGES, drawn_episode
+from clew.campaign.campaign import drawn_episode
 from clew.campaign.episode import Outcome, Surprise, play
 from clew.mutants.mutant import Mutant
 from clew.mutants.worker import WALL_S_MAX
@@ -35,6 +35,7 @@ from protocol.timeline.invariants import named
 
 Told = TypeVar("Told")
 
+PACKAGES = ("agents", "clew", "protocol", "world")
 TESTS_FAILED = 1  # pytest's exit code
 WORKER, GUIDED = "clew.mutants.worker", "guided"
 
