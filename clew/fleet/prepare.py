@@ -139,25 +139,12 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
     scenario = _load(request)
     several = isinstance(scenario, SharedGround)
     fleets = scenario.scenarios() if isinstance(scenario, SharedGround) else {FLEET: scenario}
-    robots = min(each.fleet.robots for each in fleets.values())
-    plan = plan_for(request.faults, robots=robots, seed=request.seed)
-    for each in fleets.values():
-        laws.find(each.law.law)  # before anything starts: each robot would refuse the mission
-        check_fits(plan, robots=each.mission().robots, source=request.faults)
+    plan = _plan(request, fleets)
     if several:
         _check_several(request, plan)
     now, token = datetime.now(UTC), secrets.token_hex(2)
     folder = request.out or RUNS / folder_name(now, scenario.name, token)
-    crews = [
-        Crew(
-            fleet=name,
-            robots=each.fleet.robots,
-            sessions=private / name if several else private,
-            inputs=(folder / name if several else folder).absolute() / INPUTS if request.keep > 0.0 else None,
-            inputs_bytes_max=max(1, round(request.keep * MIB_BYTES)),
-        )
-        for name, each in fleets.items()
-    ]
+    crews = _crews(request, fleets, private, folder.absolute(), several=several)
     write_all_sessions(
         private,
         crews,
@@ -170,12 +157,7 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
     settings = Settings(seed=request.seed, speed=request.speed, held=request.held)
     made = make_folder(folder.absolute())
     try:
-        if isinstance(scenario, SharedGround):
-            prepare_together(folder, scenario, settings)
-            for name, each in fleets.items():
-                _prepare_fleet(folder / name, private / name, each, plan, settings)
-        else:
-            prepare_folder(folder, scenario, plan, settings)
+        _fill(folder, private, scenario, plan, settings)
     except UsageError:
         drop_folder(folder, made, latest=None)
         raise
@@ -192,6 +174,48 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
         view=request.view,
         shows=shows(request, os.environ, terminal=terminal and not several),
     )
+
+
+def _plan(request: Request, fleets: Mapping[str, Scenario]) -> Plan:
+    """The fault plan, which fits all fleets; their laws are here, too, else each robot would refuse.
+
+    Raises:
+        UsageError: a law is not here, or the plan does not fit.
+    """
+    robots = min(each.fleet.robots for each in fleets.values())
+    plan = plan_for(request.faults, robots=robots, seed=request.seed)
+    for each in fleets.values():
+        laws.find(each.law.law)
+        check_fits(plan, robots=each.mission().robots, source=request.faults)
+    return plan
+
+
+def _crews(
+    request: Request, fleets: Mapping[str, Scenario], private: Path, folder: Path, *, several: bool
+) -> list[Crew]:
+    """What each fleet needs for its sessions. Of several, each has its folders in the run's two."""
+    return [
+        Crew(
+            fleet=name,
+            robots=each.fleet.robots,
+            sessions=private / name if several else private,
+            inputs=(folder / name if several else folder) / INPUTS if request.keep > 0.0 else None,
+            inputs_bytes_max=max(1, round(request.keep * MIB_BYTES)),
+        )
+        for name, each in fleets.items()
+    ]
+
+
+def _fill(
+    folder: Path, private: Path, scenario: Scenario | SharedGround, plan: Plan, settings: Settings
+) -> None:
+    """Write what a run's new folder holds before its log."""
+    if isinstance(scenario, Scenario):
+        prepare_folder(folder, scenario, plan, settings)
+        return
+    prepare_together(folder, scenario, settings)
+    for name, each in scenario.scenarios().items():
+        _prepare_fleet(folder / name, private / name, each, plan, settings)
 
 
 def _load(request: Request) -> Scenario | SharedGround:
