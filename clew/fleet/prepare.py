@@ -36,8 +36,8 @@ from protocol.network.session import (
 )
 from protocol.run_settings import Settings
 from world.record.run_files import prepare_folder, prepare_together
-from world.scenario.fleets import SharedGround, has_several, load_fleets, seed_of
-from world.scenario.scenario import Scenario, load
+from world.scenario.fleets import SharedGround, load_any, seed_of
+from world.scenario.scenario import Scenario
 
 FLEET = "clew"  # every key also has the run's name, which tells two fleets apart
 
@@ -136,7 +136,14 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
         UsageError: the run cannot start as requested.
         SessionLostError: the user's router was lost during the check.
     """
-    scenario = _load(request)
+    scenario = load_any(
+        request.scenario,
+        robots=request.robots,
+        law=request.law,
+        deployment=request.deployment,
+        time_s_max=request.time_s_max,
+        seed=request.seed,
+    )
     several = isinstance(scenario, SharedGround)
     fleets = scenario.scenarios() if isinstance(scenario, SharedGround) else {FLEET: scenario}
     plan = _plan(request, fleets)
@@ -218,25 +225,9 @@ def _fill(
         _prepare_fleet(folder / name, private / name, each, plan, settings)
 
 
-def _load(request: Request) -> Scenario | SharedGround:
-    if not has_several(request.scenario):
-        return load(
-            request.scenario,
-            robots=request.robots,
-            law=request.law,
-            deployment=request.deployment,
-            time_s_max=request.time_s_max,
-            seed=request.seed,
-        )
-    return load_fleets(
-        request.scenario, robots=request.robots, law=request.law, time_s_max=request.time_s_max
-    )
-
-
 def _check_several(request: Request, plan: Plan) -> None:
     """Refuse what a run with several fleets does not have."""
     for option, asked in (
-        ("--deployment", request.deployment is not None),
         ("--view", request.view),
         ("--held", request.held),
     ):
