@@ -108,11 +108,13 @@ class Campaign(Struct, frozen=True, kw_only=True):
 
 Source = Callable[[Sequence[Episode], int], Iterator[Outcome]]
 """What plays episodes on so many processes."""
+Watch = Callable[[int, int, int], None]
+"""Gets the counts of done, requested and surprising episodes."""
 
 
 def run(
     request: Request,
-    watch: Callable[[int, int, int], None],
+    watch: Watch,
     source: Source = outcomes_of,
     warn: Callable[[str], None] = lambda _: None,
 ) -> Campaign:
@@ -120,7 +122,7 @@ def run(
 
     Args:
         request: what is asked for.
-        watch: gets the counts of done, requested and surprising episodes.
+        watch: is told after each episode.
         source: what plays them.
         warn: gets a line for each broken file, which is not played.
 
@@ -140,27 +142,13 @@ def run(
         for name, text in kept.items():
             write_whole(request.out / name, text)
         with _held(request.out / EPISODES_FILE) as file:
-            done = _kept(episodes, request.out)
-            left = [each for each in episodes if each.key not in done]
-            interrupted = False
-            try:
-                _play(
-                    source(left, request.jobs),
-                    file,
-                    done,
-                    request,
-                    lambda done, surprises: watch(done, len(episodes), surprises),
-                )
-            except KeyboardInterrupt:
-                interrupted = True
-                done = _kept(episodes, request.out) | done  # one may be in the file, and not in `done` yet
+            done, interrupted = _play(request, episodes, file, source, watch)
             campaign = _sum_up(request, episodes, done, source_hash, interrupted=interrupted)
             text = msgspec.json.format(msgspec.json.encode(campaign)) + b"\n"
             write_whole(request.out / CAMPAIGN_FILE, text)
     except OSError as error:
-        raise UsageError(
-            f"cannot write {error.filename or request.out}: {error.strerror or error}"
-        ) from error
+        where = error.filename or request.out
+        raise UsageError(f"cannot write {where}: {error.strerror or error}") from error
     return campaign
 
 
@@ -334,23 +322,29 @@ def _held(path: Path) -> FileIO:
 
 
 def _play(
-    played: Iterable[Outcome],
-    file: FileIO,
-    done: dict[str, Outcome],
-    request: Request,
-    watch: Callable[[int, int], None],
-) -> None:
-    """Add each outcome to the file and to `done`, as it comes; `watch` gets counts: done, surprising."""
+    request: Request, episodes: Sequence[Episode], file: FileIO, source: Source, watch: Watch
+) -> tuple[dict[str, Outcome], bool]:
+    """Play what has no outcome yet, and add each outcome to the file as it comes.
+
+    Returns:
+        All outcomes; and whether the user has interrupted the campaign.
+    """
+    done = _kept(episodes, request.out)
+    left = [each for each in episodes if each.key not in done]
     surprises = sum(outcome.surprise is not Surprise.NONE for outcome in done.values())
-    watch(len(done), surprises)
-    for each in played:
-        outcome = each
-        if request.faults == SWARM and (request.keep or outcome.surprise is not Surprise.NONE):
-            outcome = _with_drawn(outcome, request.out)
-        file.write(msgspec.json.encode(outcome) + b"\n")
-        done[outcome.key] = outcome
-        surprises += outcome.surprise is not Surprise.NONE
-        watch(len(done), surprises)
+    try:
+        watch(len(done), len(episodes), surprises)
+        for each in source(left, request.jobs):
+            outcome = each
+            if request.faults == SWARM and (request.keep or outcome.surprise is not Surprise.NONE):
+                outcome = _with_drawn(outcome, request.out)
+            file.write(msgspec.json.encode(outcome) + b"\n")
+            done[outcome.key] = outcome
+            surprises += outcome.surprise is not Surprise.NONE
+            watch(len(done), len(episodes), surprises)
+    except KeyboardInterrupt:
+        return _kept(episodes, request.out) | done, True  # one may be in the file, and not in `done` yet
+    return done, False
 
 
 def _sum_up(
