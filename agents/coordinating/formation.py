@@ -14,7 +14,7 @@ where a body stood to where it led, both ends included: a tail may come back to 
 Or the leg was driven: then it has the same vertices as before, and nothing is added. A body is off the path
 by e at most, since each of its orders ends on the path. So it keeps epsilon less mu0 / 2 + 2 e. To where
 the first robot began the next one comes only if that keeps epsilon less 3/4 of mu0 (`leg.py`, rule 4); it is
-e off that.
+e off that. Else the strand does not turn round there, either (`agents/strand/leading.py`, rule 5).
 
 Rule 4 (safety): the path keeps the radius and e from the bounds, which no scan shows. Else new legs through
         where bodies stand, each e nearer to the bounds than the last, would lead them out over some views.

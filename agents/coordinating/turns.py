@@ -35,7 +35,7 @@ class Turns:
     def watch(self, odometry: Odometry, now_s: float) -> None:
         """Note whether a body moves, by the newest odometry."""
         passed_s, self._watched_s = now_s - self._watched_s, now_s
-        drives = odometry.moving or odometry.stood_s < self.timing.put_s
+        drives = odometry.stood_s < self.timing.put_s
         self.idle_s = max(0.0, self.idle_s - passed_s if drives else self.idle_s + passed_s)
 
     @property

@@ -4,8 +4,8 @@ Rule 1: each robot may be where it stands, so that much is granted from the star
 Rule 2: a grant only grows, and only when it grows enough to matter.
 Rule 3: a robot behind that was never heard counts as standing at its place in the formation. So a robot that
         hears nobody stops when the strand is stretched (17).
-Rule 4 (safety): a leader that began too near to something grants nothing, so nobody comes to where it began;
-        once it has arrived there, it stays, and grants the ground up to it.
+Rule 4 (safety): a leader that began too near to something grants nothing more, so nobody comes to where it
+        began; once it has arrived there, it stays, and grants the ground up to it.
 Rule 5: a leader that robots behind have kept from a turn also grants no ground beside the way that it is
         likely to go on (`agents.strand.leader`). Liveness.
 """

@@ -11,7 +11,9 @@ Rule 3: where it knows no way on, and the strand has lost robots, it wants anoth
 Rule 4: after each step that it gives up, but the first ones in an epoch, it waits before it plans again, for
         a time that its life draws. Else two leaders that see the same give way to each other for ever.
 Rule 5 (safety): if it began too near to something, the robots behind do not come there. It wants a view when
-        it has gone on. Where obstacles move, too: a permission to move keeps off contact alone.
+        it has gone on. Where obstacles move, too: a permission to move keeps off contact alone. Nor does the
+        strand turn round from there, since the leg that nobody has driven would count as driven: where the
+        only way leads back, another robot leads.
 """
 
 import math
@@ -238,8 +240,11 @@ class Leading:
         return []
 
     def _turn_back(self, back_to_m: float | None) -> None:
-        """Rule 2."""
+        """Rule 2; by rule 5 another robot leads instead."""
         strand, tail_m = self._strand, self._strand.grants.tail_m
+        if strand.grants.withheld:
+            self._reason = Reason(Cause.NO_WAY, "the only way leads back, and it began too near to something")
+            return
         back_by_m, cut_m = 0.0, tail_m
         if back_to_m is not None:
             path, robots = strand.path, strand.members

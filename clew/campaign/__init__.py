@@ -1,1 +1,1 @@
-"""Many rehearsals: episodes, shrinking, mutants, live chaos."""
+"""Many rehearsals: episodes, executors, shrinking, live chaos."""

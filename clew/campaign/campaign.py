@@ -41,7 +41,7 @@ from clew.swarm.swarm import draw
 from protocol.errors import UsageError
 from protocol.faults import plan as plans
 from protocol.files.opening import MADE_BYTES_MAX, read_bytes
-from protocol.files.writing import check_ours, make_folder, open_private, would_be_lost, write_whole
+from protocol.files.writing import check_ours, check_same, make_folder, open_private, write_whole
 from protocol.law_files import copies, is_of_file, named
 from protocol.root import ROOT
 from world.record.recorder import EVENTS_FILE, held_alone
@@ -49,7 +49,6 @@ from world.record.recorder import EVENTS_FILE, held_alone
 EPISODES_FILE, CAMPAIGN_FILE, SCENES_FOLDER = "episodes.jsonl", "campaign.json", "scenes"
 DRAWN_FOLDER, DRAWN_MARK = "drawn", b'name = "swarm-'
 SEEN_BY = 2000  # swarm episodes after which every coverage counter must have counted
-PACKAGES = ("agents", "clew", "protocol", "world")
 _OURS = ("campaign", "coverage", "fields", "judge", "percentiles.py", "rehearsal", "swarm")
 PLAYED = ("agents", "protocol", "world", *(f"clew/{each}" for each in _OURS))
 """The source that decides how an episode goes and how it is judged."""
@@ -109,11 +108,13 @@ class Campaign(Struct, frozen=True, kw_only=True):
 
 Source = Callable[[Sequence[Episode], int], Iterator[Outcome]]
 """What plays episodes on so many processes."""
+Watch = Callable[[int, int, int], None]
+"""Gets the counts of done, requested and surprising episodes."""
 
 
 def run(
     request: Request,
-    watch: Callable[[int, int, int], None],
+    watch: Watch,
     source: Source = outcomes_of,
     warn: Callable[[str], None] = lambda _: None,
 ) -> Campaign:
@@ -121,7 +122,7 @@ def run(
 
     Args:
         request: what is asked for.
-        watch: gets the counts of done, requested and surprising episodes.
+        watch: is told after each episode.
         source: what plays them.
         warn: gets a line for each broken file, which is not played.
 
@@ -141,26 +142,13 @@ def run(
         for name, text in kept.items():
             write_whole(request.out / name, text)
         with _held(request.out / EPISODES_FILE) as file:
-            done = _kept_of(episodes, read_outcomes(request.out / EPISODES_FILE))
-            left = [each for each in episodes if each.key not in done]
-            interrupted = False
-            try:
-                _play(
-                    source(left, request.jobs),
-                    file,
-                    done,
-                    request,
-                    lambda done, surprises: watch(done, len(episodes), surprises),
-                )
-            except KeyboardInterrupt:
-                interrupted = True
-                # One outcome may be in the file, and not in `done` yet.
-                done = _kept_of(episodes, read_outcomes(request.out / EPISODES_FILE)) | done
+            done, interrupted = _play(request, episodes, file, source, watch)
             campaign = _sum_up(request, episodes, done, source_hash, interrupted=interrupted)
             text = msgspec.json.format(msgspec.json.encode(campaign)) + b"\n"
             write_whole(request.out / CAMPAIGN_FILE, text)
     except OSError as error:
-        raise UsageError(f"cannot write a campaign into {request.out}: {error.strerror or error}") from error
+        where = error.filename or request.out
+        raise UsageError(f"cannot write {where}: {error.strerror or error}") from error
     return campaign
 
 
@@ -169,15 +157,13 @@ def _check_folder(out: Path, kept: Mapping[str, bytes]) -> None:
 
     Raises:
         UsageError: it is a run's folder, or a file is there that is not ours and that we may replace.
-        OSError: the file of a law there cannot be read.
     """
     if (out / EVENTS_FILE).exists():
         raise UsageError(f"{out}: is a run's folder, and a campaign never writes into one")
     check_ours(out / CAMPAIGN_FILE, CAMPAIGN_MARK)
     copied = {} if (out / EPISODES_FILE).exists() else kept  # earlier copies in a campaign's folder are ours
     for name, text in copied.items():
-        if (out / name).exists() and read_bytes(out / name, MADE_BYTES_MAX) not in {b"", text}:
-            raise would_be_lost(out / name)
+        check_same(out / name, text)
     for drawn in (out / DRAWN_FOLDER).glob("[0-9]*.toml"):
         check_ours(drawn, DRAWN_MARK)
 
@@ -196,12 +182,12 @@ def read_outcomes(path: Path) -> dict[str, Outcome]:
     return outcomes
 
 
-def _kept_of(episodes: Iterable[Episode], outcomes: Mapping[str, Outcome]) -> dict[str, Outcome]:
-    """The outcomes of these episodes, without those that are to be judged twice and were not."""
+def _kept(episodes: Iterable[Episode], out: Path) -> dict[str, Outcome]:
+    """The outcomes of these episodes in a folder, without those that are to be judged twice and were not."""
     judged = {episode.key: episode.judged for episode in episodes}
     return {
         key: outcome
-        for key, outcome in outcomes.items()
+        for key, outcome in read_outcomes(out / EPISODES_FILE).items()
         if key in judged and (outcome.judged or not judged[key])
     }
 
@@ -336,23 +322,29 @@ def _held(path: Path) -> FileIO:
 
 
 def _play(
-    played: Iterable[Outcome],
-    file: FileIO,
-    done: dict[str, Outcome],
-    request: Request,
-    watch: Callable[[int, int], None],
-) -> None:
-    """Add each outcome to the file and to `done`, as it comes; `watch` gets counts: done, surprising."""
+    request: Request, episodes: Sequence[Episode], file: FileIO, source: Source, watch: Watch
+) -> tuple[dict[str, Outcome], bool]:
+    """Play what has no outcome yet, and add each outcome to the file as it comes.
+
+    Returns:
+        All outcomes; and whether the user has interrupted the campaign.
+    """
+    done = _kept(episodes, request.out)
+    left = [each for each in episodes if each.key not in done]
     surprises = sum(outcome.surprise is not Surprise.NONE for outcome in done.values())
-    watch(len(done), surprises)
-    for each in played:
-        outcome = each
-        if request.faults == SWARM and (request.keep or outcome.surprise is not Surprise.NONE):
-            outcome = _with_drawn(outcome, request.out)
-        file.write(msgspec.json.encode(outcome) + b"\n")
-        done[outcome.key] = outcome
-        surprises += outcome.surprise is not Surprise.NONE
-        watch(len(done), surprises)
+    try:
+        watch(len(done), len(episodes), surprises)
+        for each in source(left, request.jobs):
+            outcome = each
+            if request.faults == SWARM and (request.keep or outcome.surprise is not Surprise.NONE):
+                outcome = _with_drawn(outcome, request.out)
+            file.write(msgspec.json.encode(outcome) + b"\n")
+            done[outcome.key] = outcome
+            surprises += outcome.surprise is not Surprise.NONE
+            watch(len(done), len(episodes), surprises)
+    except KeyboardInterrupt:
+        return _kept(episodes, request.out) | done, True  # one may be in the file, and not in `done` yet
+    return done, False
 
 
 def _sum_up(

@@ -47,6 +47,38 @@ class _Robot:
     has_ordered: bool = True
     """Whether an order of its newest life has arrived."""
 
+    def die(self, t_s: float) -> None:
+        """Its life ends."""
+        self.killed_s = t_s
+
+    def start(self, t_s: float) -> None:
+        """A new life begins, of which no order has arrived yet (rule 2)."""
+        self.former, self.started_s = self.ordered + LATE_ORDERS, t_s
+        self.has_ordered, self.killed_s = False, None
+
+    def order(self, number: int, *, refused: bool) -> None:
+        """An order of its newest life has arrived."""
+        self.has_ordered = True
+        if not refused:
+            self.ordered = max(self.ordered, number)
+
+    def miss(self, t_s: float) -> float:
+        """One more odometry message is lost; returns for how long the clock has stood still (rule 1)."""
+        if self.missed == 0 or t_s - self.noted_s > 1.5 * ODOMETRY_PERIOD_S:
+            self.missed, self.still_s = 0, t_s
+        self.missed, self.noted_s = self.missed + 1, t_s
+        return self.missed * ODOMETRY_PERIOD_S
+
+    def come_back(self, away_s: float) -> None:
+        """It was cut from the router for so long that its token went: that comes back after the cut."""
+        self.back_s = self.still_s + away_s
+
+    def speaks_once(self, t_s: float) -> bool:
+        """Whether its token has just come back; each return counts once."""
+        has_come = self.back_s is not None and self.back_s <= t_s <= self.back_s + SOON_S
+        self.back_s = None if has_come else self.back_s
+        return has_come
+
     def lags(self, now_s: float) -> bool:
         """Whether its clock stands still (rule 1)."""
         next_s = self.still_s + (self.missed + 1) * ODOMETRY_PERIOD_S
@@ -91,11 +123,10 @@ class Adversary:
             self._kill(robot, t_s)
         elif robot is not None and fault == "start":
             life = self._of(robot)
-            life.former, life.started_s, life.has_ordered = life.ordered + LATE_ORDERS, t_s, False
             died_s = [self._of(other).killed_s for other in self._neighbours(robot)]
             if any(at_s is not None and at_s >= (life.killed_s or 0.0) for at_s in died_s):
                 self.count(Situation.KILLED_BESIDE_RESTARTED)
-            life.killed_s = None
+            life.start(t_s)
 
     def _kill(self, robot: int, t_s: float) -> None:
         if self._world_is_down:
@@ -105,7 +136,7 @@ class Adversary:
         started_s = [self._of(other).started_s for other in self._neighbours(robot)]
         if any(at_s is not None and t_s - at_s <= JUST_S for at_s in started_s):
             self.count(Situation.KILLED_BESIDE_RESTARTED)
-        self._of(robot).killed_s = t_s
+        self._of(robot).die(t_s)
 
     def _neighbours(self, robot: int) -> Sequence[int]:
         if robot not in self._order:
@@ -121,9 +152,7 @@ class Adversary:
             return
         if not life.has_ordered and life.started_s is not None and t_s - life.started_s > SOON_S:
             self.count(Situation.BEGAN_BLIND)
-        life.has_ordered = True
-        if not refused:
-            life.ordered = max(life.ordered, number)
+        life.order(number, refused=refused)
 
     def _hear_loss(self, receiver: int, t_s: float, record: FaultInjected) -> None:
         key = record.key or ""
@@ -132,20 +161,15 @@ class Adversary:
         sender = robot_number(key.split("/")[1]) if key.startswith(("view/", "link/")) else None
         if record.fault != "partition" or sender is None or self._is_from_router(record.rule):
             return
-        back_s = self._of(sender).back_s
-        if back_s is not None and back_s <= t_s <= back_s + SOON_S:
-            self._of(sender).back_s = None
+        if self._of(sender).speaks_once(t_s):
             self.count(Situation.BACK_WHILE_CUT)
 
     def _miss(self, robot: _Robot, t_s: float, record: FaultInjected) -> None:
         if record.fault not in {"drop", "delay", "partition"}:
             return
-        if robot.missed == 0 or t_s - robot.noted_s > 1.5 * ODOMETRY_PERIOD_S:
-            robot.missed, robot.still_s = 0, t_s
-        robot.missed, robot.noted_s = robot.missed + 1, t_s
-        away_s = robot.missed * ODOMETRY_PERIOD_S
+        away_s = robot.miss(t_s)
         if away_s > LEASE_S and self._is_from_router(record.rule):
-            robot.back_s = robot.still_s + away_s
+            robot.come_back(away_s)
 
     def _is_from_router(self, name: str) -> bool:
         rules = [rule for rule in self.plan.rules if isinstance(rule, Partition) and rule.name == name]

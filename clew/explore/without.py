@@ -7,11 +7,11 @@ from tempfile import TemporaryDirectory
 from msgspec import Struct
 from msgspec.structs import replace
 
-from clew.campaign.mutant import Mutant
-from clew.campaign.mutants import apply, told_in
-from clew.campaign.mutants_list import mutant_named
 from clew.explore.explore import Round
 from clew.explore.setting import NEVER_TICKS, SETTINGS, Kind, Setting
+from clew.mutants.list import mutant_named
+from clew.mutants.mutant import Mutant
+from clew.mutants.run import apply, told_in
 
 
 class Without(Struct, frozen=True, kw_only=True):

@@ -36,8 +36,8 @@ from protocol.network.session import (
 )
 from protocol.run_settings import Settings
 from world.record.run_files import prepare_folder, prepare_together
-from world.scenario.fleets import SharedGround, has_several, load_fleets, seed_of
-from world.scenario.scenario import Scenario, load
+from world.scenario.fleets import SharedGround, load_any, seed_of
+from world.scenario.scenario import Scenario
 
 FLEET = "clew"  # every key also has the run's name, which tells two fleets apart
 
@@ -136,28 +136,22 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
         UsageError: the run cannot start as requested.
         SessionLostError: the user's router was lost during the check.
     """
-    scenario = _load(request)
+    scenario = load_any(
+        request.scenario,
+        robots=request.robots,
+        law=request.law,
+        deployment=request.deployment,
+        time_s_max=request.time_s_max,
+        seed=request.seed,
+    )
     several = isinstance(scenario, SharedGround)
     fleets = scenario.scenarios() if isinstance(scenario, SharedGround) else {FLEET: scenario}
-    robots = min(each.fleet.robots for each in fleets.values())
-    plan = plan_for(request.faults, robots=robots, seed=request.seed)
-    for each in fleets.values():
-        laws.find(each.law.law)  # before anything starts: each robot would refuse the mission
-        check_fits(plan, robots=each.mission().robots, source=request.faults)
+    plan = _plan(request, fleets)
     if several:
         _check_several(request, plan)
     now, token = datetime.now(UTC), secrets.token_hex(2)
     folder = request.out or RUNS / folder_name(now, scenario.name, token)
-    crews = [
-        Crew(
-            fleet=name,
-            robots=each.fleet.robots,
-            sessions=private / name if several else private,
-            inputs=(folder / name if several else folder).absolute() / INPUTS if request.keep > 0.0 else None,
-            inputs_bytes_max=max(1, round(request.keep * MIB_BYTES)),
-        )
-        for name, each in fleets.items()
-    ]
+    crews = _crews(request, fleets, private, folder.absolute(), several=several)
     write_all_sessions(
         private,
         crews,
@@ -170,12 +164,7 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
     settings = Settings(seed=request.seed, speed=request.speed, held=request.held)
     made = make_folder(folder.absolute())
     try:
-        if isinstance(scenario, SharedGround):
-            prepare_together(folder, scenario, settings)
-            for name, each in fleets.items():
-                _prepare_fleet(folder / name, private / name, each, plan, settings)
-        else:
-            prepare_folder(folder, scenario, plan, settings)
+        _fill(folder, private, scenario, plan, settings)
     except UsageError:
         drop_folder(folder, made, latest=None)
         raise
@@ -194,25 +183,51 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
     )
 
 
-def _load(request: Request) -> Scenario | SharedGround:
-    if not has_several(request.scenario):
-        return load(
-            request.scenario,
-            robots=request.robots,
-            law=request.law,
-            deployment=request.deployment,
-            time_s_max=request.time_s_max,
-            seed=request.seed,
+def _plan(request: Request, fleets: Mapping[str, Scenario]) -> Plan:
+    """The fault plan, which fits all fleets; their laws are here, too, else each robot would refuse.
+
+    Raises:
+        UsageError: a law is not here, or the plan does not fit.
+    """
+    robots = min(each.fleet.robots for each in fleets.values())
+    plan = plan_for(request.faults, robots=robots, seed=request.seed)
+    for each in fleets.values():
+        laws.find(each.law.law)
+        check_fits(plan, robots=each.mission().robots, source=request.faults)
+    return plan
+
+
+def _crews(
+    request: Request, fleets: Mapping[str, Scenario], private: Path, folder: Path, *, several: bool
+) -> list[Crew]:
+    """What each fleet needs for its sessions. Of several, each has its folders in the run's two."""
+    return [
+        Crew(
+            fleet=name,
+            robots=each.fleet.robots,
+            sessions=private / name if several else private,
+            inputs=(folder / name if several else folder) / INPUTS if request.keep > 0.0 else None,
+            inputs_bytes_max=max(1, round(request.keep * MIB_BYTES)),
         )
-    return load_fleets(
-        request.scenario, robots=request.robots, law=request.law, time_s_max=request.time_s_max
-    )
+        for name, each in fleets.items()
+    ]
+
+
+def _fill(
+    folder: Path, private: Path, scenario: Scenario | SharedGround, plan: Plan, settings: Settings
+) -> None:
+    """Write what a run's new folder holds before its log."""
+    if isinstance(scenario, Scenario):
+        prepare_folder(folder, scenario, plan, settings)
+        return
+    prepare_together(folder, scenario, settings)
+    for name, each in scenario.scenarios().items():
+        _prepare_fleet(folder / name, private / name, each, plan, settings)
 
 
 def _check_several(request: Request, plan: Plan) -> None:
     """Refuse what a run with several fleets does not have."""
     for option, asked in (
-        ("--deployment", request.deployment is not None),
         ("--view", request.view),
         ("--held", request.held),
     ):

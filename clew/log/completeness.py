@@ -102,6 +102,17 @@ class _Source:
     n: int = 0
     t_s: float = 0.0
 
+    def begin(self, entry: Entry) -> None:
+        """Its next process begins with this entry."""
+        if self.n:
+            self.lives.append(Numbers())
+        self.began, self.n, self.t_s = entry, 0, 0.0
+
+    def go_on(self, n: int, t_s: float) -> None:
+        """Its next entry has this number and time."""
+        self.lives[-1].add(n)
+        self.n, self.t_s = n, t_s
+
 
 class Completeness:
     """Finds missing and doubled entries; gets the entries in the order of the log."""
@@ -119,9 +130,7 @@ class Completeness:
         """The next entry of the log."""
         known = self._sources.get(source) or self._new(source)
         if entry.n == 1 and isinstance(entry.record, RobotStarted) and entry != known.began:
-            if known.n:
-                known.lives.append(Numbers())
-            known.began, known.n, known.t_s = entry, 0, 0.0
+            known.begin(entry)
         self.number(source, entry.n, entry.t_s)
         if type(entry.record) in OF_THE_END:
             self._hear_of_end(source, entry.record)
@@ -150,8 +159,7 @@ class Completeness:
             self._disorder.add(
                 f"{source}: entry {n} of t={t_s} s comes after entry {known.n} of t={known.t_s} s"
             )
-        known.lives[-1].add(n)
-        known.n, known.t_s = n, t_s
+        known.go_on(n, t_s)
 
     def _new(self, source: str) -> _Source:
         self._sources[source] = known = _Source()

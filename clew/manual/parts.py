@@ -10,12 +10,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from clew.campaign.mutant import Mutant
-from clew.campaign.mutants_list import MUTANTS
 from clew.explore.without import RULES
 from clew.manual.faults import rules
 from clew.manual.scenario import sections
 from clew.manual.timeline import kinds
+from clew.mutants.list import MUTANTS
+from clew.mutants.mutant import Mutant
 from protocol.faults import plan
 from protocol.root import ROOT
 from world.scenario import scenario

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING
 import click
 
 from clew.verbs.bench_said import begin
-from clew.verbs.options import AS_JSON, PATH, ROBOTS, FiniteRange
+from clew.verbs.options import AS_JSON, PATH, ROBOTS, FiniteRange, speed_option
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.manual_faults import HaltRequest, request_fault
 from protocol.frames import FLEETS_MAX
 from protocol.process.asked import terminable
-from protocol.run_settings import SPEED_MAX
 
 if TYPE_CHECKING:
     from clew.bench.live import LiveFleet
@@ -35,13 +34,7 @@ LOOK_S = 1.0  # between two looks at all processes: one at 1,000 of them takes 0
     show_default=True,
     help="Strands among which the robots of each fleet are divided.",
 )
-@click.option(
-    "--speed",
-    type=FiniteRange(0.0, SPEED_MAX, min_open=True),
-    default=1.0,
-    show_default=True,
-    help="Simulated seconds per second, at most.",
-)
+@speed_option("Simulated seconds per second, at most.", default=1.0)
 @click.option(
     "--stand-s",
     type=FiniteRange(0.0),

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING
 import click
 
 from clew.verbs.bench_said import begin
-from clew.verbs.options import AS_JSON, PATH, ROBOTS, FiniteRange
+from clew.verbs.options import AS_JSON, PATH, ROBOTS, FiniteRange, speed_option
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.manual_faults import FaultRequest, request_fault
 from protocol.faults.rules import Restart
 from protocol.keys import WORLD, robot_name
 from protocol.process.asked import terminable
-from protocol.run_settings import SPEED_MAX
 
 if TYPE_CHECKING:
     from clew.bench.live import LiveFleet
@@ -36,13 +35,7 @@ BACK_S_MAX = 30.0  # wall: until all robots that were killed last are back
 @click.option(
     "--look-s", type=SOME_S, default=5.0, show_default=True, help="Time between two looks at memory."
 )
-@click.option(
-    "--speed",
-    type=FiniteRange(0.0, SPEED_MAX, min_open=True),
-    default=1.0,
-    show_default=True,
-    help="Simulated seconds per second, at most.",
-)
+@speed_option("Simulated seconds per second, at most.", default=1.0)
 @click.option("--keep", type=PATH, help="Folder to keep the run in.")
 @AS_JSON
 @click.pass_context

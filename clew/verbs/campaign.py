@@ -1,7 +1,7 @@
 """`clew campaign`: rehearses many scenes with several seeds, and prints a table by family."""
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from functools import partial
@@ -19,9 +19,7 @@ from protocol.exit_codes import ExitCode
 from protocol.process.asked import terminable
 
 if TYPE_CHECKING:
-    from clew.campaign.campaign import Campaign, Source
-
-Watch = Callable[[int, int, int], None]
+    from clew.campaign.campaign import Campaign, Source, Watch
 
 JUDGE_EVERY = 100  # costs a thousandth of a campaign
 SURPRISES_SHOWN = 20  # with two lines each, still less than most terminals keep
@@ -257,7 +255,7 @@ def _print_surprises(result: "Campaign", out: Path) -> None:
 
 
 @contextmanager
-def _watching() -> Iterator[Watch]:
+def _watching() -> "Iterator[Watch]":
     """Shows the progress: a bar on a terminal, otherwise a line for each 5 %."""
     from rich.console import Console
     from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn

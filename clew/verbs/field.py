@@ -78,7 +78,7 @@ def field(kinds: tuple[str, ...], *, seeds: tuple[int, ...], out: Path | None, *
             make_folder(out / kind)
             write_whole(_place(out, kind, seed), json.dumps(world).encode() + b"\n")
     except OSError as error:
-        raise UsageError(f"cannot write into {out}: {error.strerror or error}") from error
+        raise UsageError(f"cannot write {error.filename or out}: {error.strerror or error}") from error
     click.echo(str(out))
 
 

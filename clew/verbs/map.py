@@ -75,7 +75,7 @@ def map_verb(file: Path, *, robot_radius_m: float, **asked: Any) -> None:  # noq
     FILE.yaml is a map as map_server reads it, with its image (PGM, PNG or BMP) beside it. Every cell that is
     not known to be free is an obstacle: also unknown cells, and everything beyond the image.
     """
-    if not file.is_file():  # first: a mistyped path needs no library
+    if not file.exists():  # first: a mistyped path needs no library
         raise UsageError(f"{file}: there is no such file")
     for module in ("PIL", "yaml"):
         need(module, extra="maps", by="maps need")

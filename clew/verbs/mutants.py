@@ -14,9 +14,9 @@ from protocol.files.refusals import short
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from clew.campaign.mutant import Mutant
-    from clew.campaign.mutants import Caught
-    from clew.guided.mutants import Compared, Comparison
+    from clew.mutants.guided import Compared, Comparison
+    from clew.mutants.mutant import Mutant
+    from clew.mutants.run import Caught
 
 
 @click.command()
@@ -52,8 +52,8 @@ def mutants(
     Each mutant is a copy of our source with one bug. Exits with 1 when a mutant was not caught within its
     number of seeds.
     """
-    from clew.campaign.mutants import run_mutant
-    from clew.campaign.mutants_list import MUTANTS
+    from clew.mutants.list import MUTANTS
+    from clew.mutants.run import run_mutant
 
     if unknown := sorted(set(names) - {mutant.name for mutant in MUTANTS}):
         known = [mutant.name for mutant in MUTANTS]
@@ -82,7 +82,7 @@ def mutants(
 
 
 def _compare(chosen: "list[Mutant]", trials: int, cpu_s_max: float) -> "Comparison":
-    from clew.guided.mutants import compare, summed_up
+    from clew.mutants.guided import compare, summed_up
 
     compared: list[Compared] = []
     for mutant in chosen:
@@ -135,7 +135,7 @@ def _sentence(caught: "Caught") -> str:
 
 
 def _table(results: "list[Caught]") -> "Table":
-    from clew.campaign.mutants_list import MUTANTS
+    from clew.mutants.list import MUTANTS
 
     rules = {mutant.name: mutant.rule for mutant in MUTANTS}
     words = ("mutant", "rule that it breaks", "caught by")

@@ -209,15 +209,20 @@ FAULTS = click.option(
     shell_complete=_complete("faults"),
     help="Fault plan: a name in launch/faults/, a .toml file, drawn (by the seed), or none.",
 )
-SPEED = click.option(
-    "--speed",
-    type=FiniteRange(0.0, SPEED_MAX, min_open=True),
-    default=2.0,
-    show_default=True,
-    help="Speed of live fleets, times real time.",
-)
 
 
+def speed_option(said: str, *, default: float) -> Callable[[Verb], Verb]:
+    """The option for the speed of a run."""
+    return click.option(
+        "--speed",
+        type=FiniteRange(0.0, SPEED_MAX, min_open=True),
+        default=default,
+        show_default=True,
+        help=said,
+    )
+
+
+SPEED = speed_option("Speed of live fleets, times real time.", default=2.0)
 COLOR = click.option(
     "--color",
     type=click.Choice(["auto", "always", "never"]),

@@ -21,7 +21,6 @@ from clew.verbs.options import (
     robots_option,
 )
 from clew.verbs.say import warn
-from protocol.errors import UsageError
 
 
 @click.command()
@@ -67,32 +66,26 @@ def rehearse(
     from clew.rehearsal.recorded import rehearse as rehearse_into
     from clew.swarm.plans import plan_for
     from world.judge.verdict import VERDICT_FILE
-    from world.scenario.fleets import has_several, load_fleets
-    from world.scenario.scenario import load
+    from world.scenario.fleets import SharedGround, load_any
 
-    if has_several(scenario):
-        if deployment is not None:
-            raise UsageError("--deployment: is for a scenario with one fleet")
-        shared = load_fleets(scenario, robots=robots, law=law, time_s_max=time_s_max)
-        name, missions = shared.name, [each.mission() for each in shared.scenarios().values()]
-    else:
-        loaded = load(
-            scenario, robots=robots, law=law, deployment=deployment, time_s_max=time_s_max, seed=seed
-        )
-        shared, name, missions = None, loaded.name, [loaded.mission()]
+    loaded = load_any(
+        scenario, robots=robots, law=law, deployment=deployment, time_s_max=time_s_max, seed=seed
+    )
+    fleets = loaded.scenarios().values() if isinstance(loaded, SharedGround) else (loaded,)
+    missions = [each.mission() for each in fleets]
     plan = plan_for(faults, robots=min(each.robots for each in missions), seed=seed)
     for mission in missions:
         check_rehearsable(plan, mission, faults)
-    folder = out or RUNS / folder_name(datetime.now(UTC), name, secrets.token_hex(2))
+    folder = out or RUNS / folder_name(datetime.now(UTC), loaded.name, secrets.token_hex(2))
     say = _say_nothing if quiet else _say
     said: Iterable[str]
     with new_folder(folder, is_latest=out is None):
-        if shared is None:
+        if isinstance(loaded, SharedGround):
+            together = rehearse_fleets(loaded, seed, folder, say, plan)
+            code, said = together.exit_code, report_together(str(folder), together)
+        else:
             verdict = rehearse_into(loaded, seed, folder, say, plan)
             code, said = verdict.exit_code, report(str(folder), timeline.read(folder), verdict)
-        else:
-            together = rehearse_fleets(shared, seed, folder, say, plan)
-            code, said = together.exit_code, report_together(str(folder), together)
     if as_json:
         click.echo((folder / VERDICT_FILE).read_text(encoding="utf-8"), nl=False)
     else:

@@ -15,7 +15,7 @@ from io import FileIO
 from pathlib import Path
 
 from protocol.errors import UsageError
-from protocol.files.opening import open_regular
+from protocol.files.opening import MADE_BYTES_MAX, open_regular, read_bytes
 
 FILE_MODE, FOLDER_MODE = 0o600, 0o700
 MARK_BYTES = 4096  # at each end of a file: of ours, a page has its mark at byte 90, a PDF 900 from the end
@@ -64,7 +64,7 @@ def write_whole(path: Path, content: bytes) -> None:
     """Write a file in one atomic step, replacing a file or a link.
 
     Raises:
-        OSError: it cannot be written, or its place is taken by something else.
+        OSError: it cannot be written, or its place is taken by something else; `filename` is this path.
     """
     if os.path.lexists(path) and stat.S_IFMT(path.lstat().st_mode) not in {stat.S_IFREG, stat.S_IFLNK}:
         raise OSError(errno.EEXIST, "it is there, and is no file", str(path))
@@ -74,9 +74,9 @@ def write_whole(path: Path, content: bytes) -> None:
             while content:  # on a full disk a write may be partial before the next one fails
                 content = content[file.write(content) :]
         part.replace(path)
-    except OSError:
+    except OSError as error:
         part.unlink(missing_ok=True)
-        raise
+        raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def check_ours(path: Path, mark: bytes) -> None:
@@ -99,6 +99,22 @@ def check_ours(path: Path, mark: bytes) -> None:
     except OSError as error:
         raise UsageError(f"cannot write {path}: {error.strerror}") from error
     if ends and mark not in ends:
+        raise would_be_lost(path)
+
+
+def check_same(path: Path, content: bytes) -> None:
+    """Refuse to replace a file that has another content, unless it is empty (rule 4).
+
+    Raises:
+        UsageError: it has, or cannot be read.
+    """
+    try:
+        is_same = read_bytes(path, MADE_BYTES_MAX) in {b"", content}
+    except (FileNotFoundError, NotADirectoryError):
+        return
+    except OSError as error:
+        raise UsageError(f"cannot write {path}: {error.strerror}") from error
+    if not is_same:
         raise would_be_lost(path)
 
 

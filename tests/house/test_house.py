@@ -20,7 +20,7 @@ MAY_IMPORT = {
     "clew": set(PACKAGES),
 }
 
-OWNERS = ("agents/", "protocol/", "world/", "clew/rehearsal/")
+OWNERS = ("agents/", "protocol/", "world/", "clew/coverage/", "clew/log/", "clew/rehearsal/")
 
 ONLY_IN = {
     # The bare relays are the baseline of `clew bench hop`.

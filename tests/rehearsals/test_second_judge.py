@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from clew.campaign.mutants import run_mutant
-from clew.campaign.mutants_list import MUTANTS
+from clew.mutants.list import MUTANTS
+from clew.mutants.run import run_mutant
 from tests.support.campaigns import clew
 from tests.support.judges import differences
 from tests.support.long import long

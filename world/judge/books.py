@@ -17,6 +17,7 @@ Rule 7: the books on which most is unaccounted for are named. A link that is dow
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
 
 from msgspec import Struct
@@ -63,12 +64,9 @@ def balance(
         accounts: the account of each source.
         removed: recorded removals by fault plans, by book and fault.
     """
-    sent = received = refused = 0
-    unaccounted: Counter[str] = Counter()
-    disagreements: list[str] = []
-    injected: Counter[str] = Counter()
-    elsewhere: Counter[str] = Counter()
+    settled: dict[str, _Settled] = {}
     left_out: list[str] = []
+    elsewhere: Counter[str] = Counter()
     told = {key for account in accounts.values() for key in (*account.sent, *account.newest)}
     told.update(key for key, _ in removed)
     for key in sorted(told):
@@ -76,39 +74,63 @@ def balance(
         if ends is None:
             continue
         sender, receiver = ends
-        if sender not in accounts or receiver not in accounts:
-            left_out.append(f"{key} > {receiver}")
-            elsewhere.update(removed.get((key, receiver), {}))
-            continue
-        heard = accounts[receiver]
-        away = Counter({fault: counts.get(key, 0) for fault, counts in heard.injected.items()})
-        sent_here = (heard.newest if sender == WORLD else accounts[sender].sent).get(key, 0)
-        received_here = heard.received.get(key, 0)
-        wanting = max(0, sent_here - received_here - away.total())
-        refused_here = min(wanting, heard.refused.get(key, 0))
-        sent, received, refused = sent + sent_here, received + received_here, refused + refused_here
-        unaccounted[f"{key} > {receiver}"] = wanting - refused_here
-        injected.update(away)
-        disagreements += (
-            f"{key} > {receiver}: {each}"
-            for each in _disagreements(
-                sent=min(sent_here, accounts[sender].sent.get(key, 0)),
-                arrived=received_here + away.total(),
-                counted=+away,
-                recorded=removed.get((key, receiver), {}),
+        name, recorded = f"{key} > {receiver}", removed.get((key, receiver), {})
+        if sender in accounts and receiver in accounts:
+            settled[name] = _settle(
+                key, accounts[sender], accounts[receiver], recorded, until_newest=sender == WORLD
             )
-        )
+        else:
+            left_out.append(name)
+            elsewhere.update(recorded)
+    books = settled.values()
+    unaccounted = Counter({name: book.unaccounted for name, book in settled.items() if book.unaccounted})
+    injected: Counter[str] = Counter()
+    for book in books:
+        injected.update(book.injected)
+    disagreements = [f"{name}: {each}" for name, book in settled.items() for each in book.disagreements]
     return Messages(
-        sent=sent,
-        received=received,
+        sent=sum(book.sent for book in books),
+        received=sum(book.received for book in books),
         injected=dict(sorted((+injected).items())),
-        refused=refused,
+        refused=sum(book.refused for book in books),
         unaccounted=unaccounted.total(),
         disagreements=tuple(disagreements[:DISAGREEMENTS_MAX]),
         left_out=tuple(left_out),
         injected_left_out=dict(sorted(elsewhere.items())),
-        unaccounted_on=dict((+unaccounted).most_common(LOST_MAX)),
+        unaccounted_on=dict(unaccounted.most_common(LOST_MAX)),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _Settled:
+    """What became of the messages of one book."""
+
+    sent: int
+    received: int
+    injected: Counter[str]
+    refused: int
+    unaccounted: int
+    disagreements: tuple[str, ...]
+
+
+def _settle(
+    key: str,
+    sender: TrafficCounted,
+    receiver: TrafficCounted,
+    recorded: Mapping[str, int],
+    *,
+    until_newest: bool,
+) -> _Settled:
+    """Settle one book, from the accounts of its two sides; with rule 2, or without."""
+    counted, received = sender.sent.get(key, 0), receiver.received.get(key, 0)
+    sent = receiver.newest.get(key, 0) if until_newest else counted
+    away = Counter({fault: counts.get(key, 0) for fault, counts in receiver.injected.items()})
+    wanting = max(0, sent - received - away.total())
+    refused = min(wanting, receiver.refused.get(key, 0))
+    disagreements = _disagreements(
+        sent=min(sent, counted), arrived=received + away.total(), counted=+away, recorded=recorded
+    )
+    return _Settled(sent, received, away, refused, wanting - refused, tuple(disagreements))
 
 
 def _disagreements(

@@ -27,7 +27,7 @@ from world.geometry.moving import Moving, top_speed_mps
 from world.geometry.shapes import Circle, Shape
 from world.scenario.budget import sure_range_m
 from world.scenario.reading import name_law, read_found
-from world.scenario.scenario import OBSTACLES_MAX, Scenario
+from world.scenario.scenario import OBSTACLES_MAX, Scenario, load
 from world.scenario.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
 
 FLEET_NAME = r"[a-z][a-z0-9-]*"
@@ -215,6 +215,29 @@ def load_fleets(
     except ValueError as error:
         raise UsageError(f"{name_or_path}: {error}") from error
     return shared
+
+
+def load_any(
+    name_or_path: str,
+    *,
+    robots: int | None,
+    law: str | None,
+    deployment: str | None,
+    time_s_max: float | None,
+    seed: int,
+) -> Scenario | SharedGround:
+    """Load a scenario with one fleet, as `scenario.load` does, or with several.
+
+    Raises:
+        UsageError: it is invalid, or several fleets are to start at random places.
+    """
+    if not has_several(name_or_path):
+        return load(
+            name_or_path, robots=robots, law=law, deployment=deployment, time_s_max=time_s_max, seed=seed
+        )
+    if deployment is not None:
+        raise UsageError("--deployment: is for a scenario with one fleet")
+    return load_fleets(name_or_path, robots=robots, law=law, time_s_max=time_s_max)
 
 
 def _put(section: Any, key: str, value: object) -> None:  # noqa: ANN401 - a part of a file, unchecked

@@ -15,6 +15,7 @@ from msgspec import Meta, Struct, field
 
 from protocol.errors import UsageError
 from protocol.files.reading import understand
+from protocol.files.refusals import short
 from protocol.frames import Length, Point, Speed
 from protocol.mission import RAYS_MAX, Bounds, Mission
 from world.geometry.movers import Movers
@@ -253,8 +254,8 @@ def _override(raw: dict[str, Any], *asked: tuple[str, str, str | float | None]) 
     changes = []
     for section, key, value in asked:
         if value is not None and isinstance(raw.get(section), dict):
-            instead = f" instead of {raw[section][key]}" if key in raw[section] else ""
-            changes.append(f"{key} = {value}{instead}")
+            instead = f" instead of {short(raw[section][key])}" if key in raw[section] else ""
+            changes.append(f"{key} = {short(value)}{instead}")
             raw[section][key] = value
     return changes
 

@@ -53,6 +53,21 @@ def test_a_leader_in_a_dead_end_says_how_far_the_tail_is_to_come_back_and_that_c
     assert not stage.records(RouteLost)
 
 
+@pytest.mark.parametrize(("off_m", "cause"), [(-0.9 * MISSION.mu0_m, Cause.NO_WAY), (0.02, Cause.DEAD_END)])
+def test_where_a_leader_began_too_near_to_something_another_leads_out_of_the_dead_end(
+    off_m: float, cause: Cause, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a strand that turns round the leg that begins there would count as driven."""
+    monkeypatch.setattr(Leader, "plan", lambda *_, **__: DeadEnd(0.4))
+    beside_m = MISSION.robot_radius_m + MISSION.clear_m + off_m + 0.1
+    stage = MemberStage(MISSION, row(3), ORDER, shapes=[Circle(centre_m=(0.0, beside_m), radius_m=0.1)])
+    stage.run(3.0)
+    reason = stage.leader.reason
+    assert reason is not None
+    assert reason.cause is cause
+    assert stage.leader.counters.last_to_lead == ((1,) if cause is Cause.NO_WAY else ())
+
+
 @pytest.mark.parametrize("in_vain", [0, 1])
 def test_only_before_an_attempt_in_vain_may_the_tail_lead_out_from_where_it_stands(
     in_vain: int, monkeypatch: pytest.MonkeyPatch

@@ -42,9 +42,9 @@ def launched(scenario: object = "grove", **asked: Any) -> object:  # noqa: ANN40
         ({"robots": True}, "robots: must be an integer, got True"),
         ({"seed": "x"}, "seed: must be an integer, got 'x'"),
         ({"seed": 1.5}, r"seed: must be an integer, got 1\.5"),
-        ({"law": "nope"}, r"grove: \$\.law\.law: must be one of .* \(law = nope instead of certified\)"),
+        ({"law": "nope"}, r"grove: \$\.law\.law: must be one of .* \(law = 'nope' instead of 'certified'\)"),
         ({"law": print}, "law: must be a name; clew.register_law gives one to a function"),
-        ({"deployment": "randm"}, r"grove: .*did you mean 'random'\? \(deployment = randm\)"),
+        ({"deployment": "randm"}, r"grove: .*did you mean 'random'\? \(deployment = 'randm'\)"),
         ({"faults": "leader-kiled"}, r"unknown fault plan 'leader-kiled': .*did you mean 'leader-killed'\?"),
         ({"faults": Path("none.toml")}, r"none\.toml: cannot be read: No such file or directory"),
         (

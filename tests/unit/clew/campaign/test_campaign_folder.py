@@ -3,11 +3,10 @@
 import fcntl
 import json
 import signal
-from collections.abc import Iterator
 from io import FileIO
 from pathlib import Path
+from typing import Any
 
-import msgspec
 import pytest
 
 from clew.campaign.episode import Episode, Outcome, play
@@ -65,11 +64,13 @@ def test_a_campaign_holds_its_folder_until_its_summary_is_written(
 def test_an_outcome_that_was_written_as_the_interrupt_came_counts(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def playing(played: Iterator[Outcome], file: FileIO, *_: object) -> None:
-        file.write(msgspec.json.encode(next(played)) + b"\n")
-        signal.raise_signal(signal.SIGINT)
+    class Interrupted(FileIO):
+        def write(self, text: Any, /) -> int:  # noqa: ANN401 - FileIO's own signature
+            written = super().write(text)
+            signal.raise_signal(signal.SIGINT)
+            return written
 
-    monkeypatch.setattr("clew.campaign.campaign._play", playing)
+    monkeypatch.setattr("clew.campaign.campaign._held", lambda path: Interrupted(path, "a"))
     out = tmp_path / "out"
     assert clew("campaign", scene(tmp_path / "one.json"), "--jobs", "1", "--out", out).exit_code == 130
     told = json.loads((out / "campaign.json").read_text())

@@ -52,12 +52,20 @@ def test_no_copy_of_a_law_replaces_a_file_that_no_campaign_wrote(here: Path) -> 
     assert campaign("mylaw.py:mine").exit_code == 0
 
 
-def test_a_pipe_where_the_copy_of_a_law_goes_is_refused_and_not_waited_for(here: Path) -> None:
+@pytest.mark.parametrize(
+    ("others", "why"),
+    [((), "it is no regular file"), (("episodes.jsonl",), "it is there, and is no file")],
+    ids=["in a new folder", "in a campaign's"],
+)
+def test_a_pipe_where_the_copy_of_a_law_goes_is_named_and_not_waited_for(
+    here: Path, others: tuple[str, ...], why: str
+) -> None:
     (here / "out").mkdir()
     os.mkfifo(here / "out" / "mylaw.py")
+    for each in others:
+        (here / "out" / each).touch()
     said = campaign("mylaw.py:mine")
-    assert (said.exit_code, said.stderr.count("\n")) == (2, 1)
-    assert "it is no regular file" in said.stderr
+    assert (said.exit_code, said.stderr) == (2, f"Error: cannot write out/mylaw.py: {why}\n")
 
 
 @pytest.mark.parametrize("jobs", ["1", "2"])

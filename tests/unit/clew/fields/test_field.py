@@ -296,6 +296,13 @@ def test_the_verb_replaces_scenes_that_it_has_written_and_no_other_file(tmp_path
     assert mine.read_text().endswith('"polygons": []}')
 
 
+def test_the_verb_names_the_file_that_is_in_the_place_of_a_folder(tmp_path: Path) -> None:
+    (tmp_path / "rings").touch()
+    said = clew("rings", "--out", str(tmp_path))
+    where = tmp_path / "rings"
+    assert (said.exit_code, said.stderr) == (2, f"Error: cannot write {where}: {where} is no folder\n")
+
+
 @pytest.mark.parametrize("words", [("rings", "stars"), ("rings", "--seeds", "1-2")])
 def test_several_scenes_are_not_printed(words: tuple[str, ...]) -> None:
     said = clew(*words)

@@ -114,6 +114,11 @@ def test_a_missing_library_is_named_with_its_extra(
     assert (mistyped.exit_code, mistyped.stderr) == (2, refusal)
 
 
+def test_a_folder_in_the_place_of_the_file_is_not_called_missing(tmp_path: Path) -> None:
+    made = clew("map", str(tmp_path), *ASKED)
+    assert (made.exit_code, made.stderr) == (2, f"Error: {tmp_path}: cannot be read: Is a directory\n")
+
+
 def test_more_obstacles_than_a_scenario_may_have_are_refused_before_they_are_made(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -170,7 +170,7 @@ def test_an_impossible_deployment_is_refused_in_one_line(
     path = scene(tmp_path / "posts.json", **changes)
     with pytest.raises(UsageError, match=rf"posts\.json: {line}") as refused:
         deployed(path, robots=robots)
-    assert "deployment = random" in str(refused.value)
+    assert "deployment = 'random'" in str(refused.value)
     assert "\n" not in str(refused.value)
 
 

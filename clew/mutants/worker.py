@@ -1,6 +1,6 @@
 """Plays swarm episodes, seed by seed, with the source of its working directory. Prints one outcome a line.
 
-`clew.campaign.mutants` runs it as `python -m clew.campaign.mutants_worker FIRST LAST [guided]` in a mutated
+`clew.mutants.run` runs it as `python -m clew.mutants.worker FIRST LAST [guided]` in a mutated
 copy of the source.
 """
 

@@ -4,9 +4,9 @@ from pathlib import Path
 import pytest
 
 from clew.campaign.episode import Outcome, Surprise
-from clew.campaign.mutant import Edit, Mutant
-from clew.campaign.mutants import apply, is_catch, run_mutant
-from clew.campaign.mutants_list import MUTANTS
+from clew.mutants.list import MUTANTS
+from clew.mutants.mutant import Edit, Mutant
+from clew.mutants.run import apply, is_catch, run_mutant
 from protocol.errors import UsageError
 from protocol.root import ROOT
 from protocol.timeline.invariants import INVARIANTS
@@ -92,8 +92,8 @@ def test_the_seed_that_caught_a_mutant_before_is_played_first(
         for seed in range(first, last + 1):
             yield outcome(seed=seed, surprise=Surprise.VIOLATION if seed in catches else Surprise.NONE)
 
-    monkeypatch.setattr("clew.campaign.mutants.outcomes_in", outcomes)
-    monkeypatch.setattr("clew.campaign.mutants.passes_unmutated", lambda _seed: True)
+    monkeypatch.setattr("clew.mutants.run.outcomes_in", outcomes)
+    monkeypatch.setattr("clew.mutants.run.passes_unmutated", lambda _seed: True)
     harmless = Mutant(
         "harmless",
         "",

@@ -19,9 +19,9 @@ from msgspec.structs import replace
 
 from clew.campaign.campaign import drawn_episode
 from clew.campaign.episode import Outcome, Surprise, play
-from clew.campaign.mutant import Mutant
-from clew.campaign.mutants import apply, by, is_catch, outcomes_in
-from clew.campaign.mutants_worker import WALL_S_MAX
+from clew.mutants.mutant import Mutant
+from clew.mutants.run import apply, by, is_catch, outcomes_in
+from clew.mutants.worker import WALL_S_MAX
 
 HARD_SEEDS = 10  # in the median of the uniform trials
 TRIALS_APART = 10_000  # seeds between the first seeds of two trials, and the most that a trial plays

@@ -24,10 +24,10 @@ import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
-from clew.campaign.campaign import PACKAGES, drawn_episode
+from clew.campaign.campaign import drawn_episode
 from clew.campaign.episode import Outcome, Surprise, play
-from clew.campaign.mutant import Mutant
-from clew.campaign.mutants_worker import WALL_S_MAX
+from clew.mutants.mutant import Mutant
+from clew.mutants.worker import WALL_S_MAX
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.root import ROOT
@@ -35,8 +35,9 @@ from protocol.timeline.invariants import named
 
 Told = TypeVar("Told")
 
+PACKAGES = ("agents", "clew", "protocol", "world")
 TESTS_FAILED = 1  # pytest's exit code
-WORKER, GUIDED = "clew.campaign.mutants_worker", "guided"
+WORKER, GUIDED = "clew.mutants.worker", "guided"
 
 
 class Caught(Struct, frozen=True, kw_only=True):

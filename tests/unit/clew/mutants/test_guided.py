@@ -4,9 +4,9 @@ from pathlib import Path
 import pytest
 
 from clew.campaign.episode import Outcome, Surprise
-from clew.campaign.mutant import mutant
-from clew.guided import mutants
-from clew.guided.mutants import compare, summed_up
+from clew.mutants import guided
+from clew.mutants.guided import compare, summed_up
+from clew.mutants.mutant import mutant
 
 BROKEN = mutant("broken", "a rule", "file.py", "before", "after", breaks=("F1",))
 CPU_S = 2.0  # of each seed
@@ -44,9 +44,9 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
         for seed in range(first, last + 1):
             yield outcome(seed, caught=seed == first + EACH[guided] - 1)
 
-    monkeypatch.setattr(mutants, "apply", lambda _mutant, _folder: None)
-    monkeypatch.setattr(mutants, "outcomes_in", outcomes_in)
-    monkeypatch.setattr(mutants, "_passes_unmutated", lambda _: True)
+    monkeypatch.setattr(guided, "apply", lambda _mutant, _folder: None)
+    monkeypatch.setattr(guided, "outcomes_in", outcomes_in)
+    monkeypatch.setattr(guided, "_passes_unmutated", lambda _: True)
     return trials
 
 

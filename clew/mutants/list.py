@@ -1,8 +1,8 @@
 """The mutants of our source. Each breaks one rule on which safety or healing depends."""
 
-from clew.campaign.mutant import Edit, Mutant
-from clew.campaign.mutant import mutant as _mutant
-from clew.campaign.mutants_of_views import OF_VIEWS
+from clew.mutants.mutant import Edit, Mutant
+from clew.mutants.mutant import mutant as _mutant
+from clew.mutants.of_views import OF_VIEWS
 
 MUTANTS = (
     Mutant(

@@ -1,6 +1,6 @@
 """The mutants of views and fences: F1 to F6, and the rules of the schedules V1 to V23 (docs/mutants.md)."""
 
-from clew.campaign.mutant import Edit, Mutant, mutant
+from clew.mutants.mutant import Edit, Mutant, mutant
 
 OF_VIEWS = (
     mutant(

@@ -1,1 +1,0 @@
-"""Guided against uniform search: how soon each finds bugs that are planted on purpose."""

@@ -1,0 +1,1 @@
+"""Mutation testing: rules of our source are broken one by one, and a campaign must notice each."""
