@@ -18,7 +18,7 @@ ALL = "all"
 ARRIVALS = {
     "arrived": "arrived",
     "no_way": "found no way",
-    "not_asked": "were not asked to",
+    "not_asked": "did not have to",
     "failed": "failed",
 }
 """What became of the fleets, by field of `Figures`."""

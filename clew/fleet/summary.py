@@ -87,8 +87,7 @@ def recovery_lines(verdict: Verdict) -> Iterator[str]:
         counts = ", ".join(f"{count} by {fault}" for fault, count in elsewhere.items())
         yield f"messages removed on links without final counts: {counts}"
     for death in verdict.deaths:
-        who = "as asked" if death.ordered else "by itself"
-        yield f"robot {death.robot} died {who} at t={death.cause_s:.1f} s: {_mended(death)}"
+        yield f"robot {death.robot} {_lost(death)}: {_mended(death)}"
     for succession in verdict.successions:
         before = "nobody" if succession.before is None else f"robot {succession.before}"
         from_s = f"from t={succession.recovered_s:.1f} s on"
@@ -97,6 +96,14 @@ def recovery_lines(verdict: Verdict) -> Iterator[str]:
         yield f"the strand healed at t={heal.recovered_s:.1f} s, of {len(heal.members)} robots"
     if verdict.unstruck:
         yield f"fault rules that never struck: {', '.join(verdict.unstruck)}"
+
+
+def _lost(death: Death) -> str:
+    who = "as asked" if death.ordered else "by itself"
+    if death.returned_s is None:
+        return f"died {who} at t={death.cause_s:.1f} s"
+    # Its process was frozen or cut off. It lives, so a reader must not look for a crash.
+    return f"was silent from t={death.cause_s:.1f} s to t={death.returned_s:.1f} s, {who}"
 
 
 def _mended(death: Death) -> str:

@@ -57,8 +57,10 @@ def find_entry(lines: Sequence[Line], said: str) -> int:
             "an entry is r3:17 (source and number), a line of `clew log cat`, or a kind that one entry has; "
             f"got {short(said)}"
         )
-    if len(found) != 1:
-        raise UsageError(f"the log has {len(found) or 'no'} entries {said}" + (how if found else ""))
+    if not found:
+        raise UsageError(f"the log has no entry {said.strip()}; `clew log info` counts those that it has")
+    if len(found) > 1:
+        raise UsageError(f"the log has {len(found)} entries {said}{how}")
     return found[0]
 
 

@@ -16,10 +16,10 @@ def test_without_failures_the_bound_is_three_in_n_and_at_most_one(episodes: int,
     }
 
 
-def test_a_campaign_says_in_words_which_runs_arrived_and_which_were_not_asked_to() -> None:
+def test_a_campaign_says_in_words_which_runs_arrived_and_which_did_not_have_to() -> None:
     unasked = outcome(ok=False, mode=Mode.SAFETY)
     assert in_words([outcome()] * 5 + [unasked] * 5) == (
-        "no promise broken in 10 runs; 5 arrived, 5 were not asked to"
+        "no promise broken in 10 runs; 5 arrived, 5 did not have to"
     )
     broken = outcome(ok=False, violations=2, surprise=Surprise.VIOLATION, mode=Mode.SAFETY)
     lost = outcome(ok=False, no_route=True)
@@ -35,7 +35,7 @@ def test_the_table_and_the_last_line_count_each_fleet_once_and_alike() -> None:
     unasked = outcome(ok=False, mode=Mode.SAFETY)
     figures = figures_of([killed, killed, unasked])
     assert [getattr(figures, field) for field in ARRIVALS] == [2, 0, 1, 0]
-    assert in_words([killed, killed, unasked]).endswith("; 2 arrived, 1 were not asked to")
+    assert in_words([killed, killed, unasked]).endswith("; 2 arrived, 1 did not have to")
     assert figures.solvable is None
     cells = {str(column.header): next(iter(column.cells)) for column in table({}, figures).columns}
     assert [cells[title] for title in ("arrived", "no way", "not\nasked", "failed", "solvable")] == [

@@ -74,13 +74,14 @@ def test_faults_and_recoveries_are_printed() -> None:
         robot=4, ordered=False, cause_s=8.0, detected_s=None, known_s=9.0, recovered_s=None, returned_s=None
     )
     unbroken = msgspec.structs.replace(death, robot=3, detected_s=None)
+    frozen = msgspec.structs.replace(death, robot=5, returned_s=9.0)
     succession = Succession(robot=2, before=1, epoch=7, cause_s=3.0, detected_s=3.4, recovered_s=5.0)
     heal = Heal(epoch=7, members=(2, 3), cause_s=3.0, detected_s=3.4, recovered_s=6.0)
     messages = msgspec.structs.replace(GOOD.messages, injected={"drop": 5})
     verdict = msgspec.structs.replace(
         GOOD,
         messages=messages,
-        deaths=(death, unbroken, lost),
+        deaths=(death, unbroken, lost, frozen),
         successions=(succession,),
         heals=(heal,),
         unstruck=("drop-2", "late"),
@@ -90,6 +91,7 @@ def test_faults_and_recoveries_are_printed() -> None:
         "robot 1 died as asked at t=3.0 s: noticed after 0.4 s, healed after 3.0 s",
         "robot 3 died as asked at t=3.0 s: no link to it was broken, healed after 3.0 s",
         "robot 4 died by itself at t=8.0 s: not noticed by any robot",
+        "robot 5 was silent from t=3.0 s to t=9.0 s, as asked: noticed after 0.4 s, healed after 3.0 s",
         "robot 2 leads in the place of robot 1 from t=5.0 s on",
         "the strand healed at t=6.0 s, of 2 robots",
         "fault rules that never struck: drop-2, late",

@@ -225,8 +225,8 @@ def test_an_entry_is_given_by_its_number_or_as_a_printed_line(run: Path, why: Wh
         ("r2", "an entry is r3:17"),
         ("", "0 entries given; choose one"),
         ("step.planned", "choose one: r1:6 at 0.1 s, r2:"),
-        ("r2:99999", "the log has no entries r2:99999"),
-        ("    3.301     r2 view.proposed", "the log has no entries"),
+        ("r2:99999", "the log has no entry r2:99999; `clew log info` counts those that it has"),
+        ("    3.301     r2 view.proposed", "the log has no entry 3.301     r2 view.proposed; "),
         ("    0.600  world pose.sampled", "choose one by its number"),
     ],
 )
