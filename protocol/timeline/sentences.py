@@ -93,7 +93,7 @@ def _fence(_: str, fence: FenceChanged) -> str:
             if fence.cause is None:
                 return "nobody has the turn: all stand"
             who = f": {robot_name(fence.coordinator)} coordinates a view" if fence.coordinator else ""
-            return f"all bodies stand, for {CAUSES[fence.cause]}{who}"
+            return f"all bodies stand, because {CAUSES[fence.cause]}{who}"
 
 
 def _stranded(_: str, stranded: RobotStranded) -> str:

@@ -2,10 +2,12 @@
 
 import json
 import re
+import socket
 from pathlib import Path
 
 import pytest
 
+from protocol.faults.manual_faults import WHERE_FILE
 from tests.support.campaigns import clew
 from tests.support.judges import poses, scenario, written
 from world.scenario.reading import SCENARIOS
@@ -44,6 +46,20 @@ def test_it_prints_least_distances_places_and_the_judgement(run: Path) -> None:
         "OK: promises kept, arrived; there is no verdict",
     ]
     assert clew("judge", run / "events.jsonl").stdout == said.stdout
+
+
+def test_of_a_run_that_is_still_going_on_it_says_so(
+    tmp_path: Path, run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # the name of a socket has to be short
+    with socket.socket(socket.AF_UNIX) as world:
+        world.bind("w.sock")
+        world.listen()
+        (run / WHERE_FILE).write_text("w.sock")
+        said = clew("judge", run)
+    assert said.stderr == f"{run}: the run is still going on: this is what was recorded up to now\n"
+    assert said.stdout.endswith("; there is no verdict\n")
+    assert clew("judge", run).stderr == "", "its world cannot be reached any more"
 
 
 def test_another_scene_is_judged_instead_of_that_in_the_header(tmp_path: Path, run: Path) -> None:

@@ -92,9 +92,12 @@ def test_every_entry_has_a_sentence(kind: type[Kind], data: st.DataObject) -> No
         ),
         (
             *raised(20_002, Cause.NEIGHBOUR_LOST),
-            "all bodies stand, for a neighbour is lost: r2 coordinates a view",
+            "all bodies stand, because a neighbour is lost: r2 coordinates a view",
         ),
-        (*raised(30_000, Cause.WORLD_RESTARTED), "all bodies stand, for the world has been started again"),
+        (
+            *raised(30_000, Cause.WORLD_RESTARTED),
+            "all bodies stand, because the world has been started again",
+        ),
         (*turn(20_002, 1, 4), "r4 has the turn: it alone may drive"),
         (*turn(20_002, 2), "nobody has the turn: all stand"),
         (*driving(20_002, 3, 2, 4), "the strand may drive: r3 leads 3 robots"),

@@ -19,7 +19,7 @@ def test_only_relevant_entries_are_reported() -> None:
     assert told == [
         "t=   1.0 s  r2 plans step 3: 1.000 m", None, "t=   1.0 s  strand formed: r2 < r1",
         None, "t=   1.0 s  kill-1: kill r1",
-        "t=   1.0 s  all bodies stand, for the run begins: r2 coordinates a view", None,
+        "t=   1.0 s  all bodies stand, because the run begins: r2 coordinates a view", None,
     ]  # fmt: skip
 
 
