@@ -44,7 +44,8 @@ def one_line(refusal: str, raw: object, wanted: type) -> str:
     if (expected := _EXPECTED.fullmatch(what)) is not None:
         said = _in_words(wanted, path) if isinstance(value, str) else {}
         bound, near = said.get("words") or _bound(expected, path), said.get("names", ())
-        return f"${path}: must be {bound}, got {short(value)}{did_you_mean(str(value), near)}"
+        hint = did_you_mean(str(value), near) or _as_list(expected["kind"], value, path)
+        return f"${path}: must be {bound}, got {short(value)}{hint}"
     if what.startswith("Invalid"):  # of an enum, a literal, or the field that says which shape it is
         choices = sorted({choice for kind in _kinds(wanted, path) for choice in _choices(kind)})
         return f"${path}: must be {_one_of(choices)}, got {short(value)}{did_you_mean(str(value), choices)}"
@@ -73,6 +74,16 @@ def _bound(expected: re.Match[str], path: str) -> str:
         unit = _UNIT.search(path)
         return f"{bound}{_UNIT_NAMES[unit['unit']] if unit else ''}"
     return f"{_KIND_NAMES.get(kind, kind)} {bound}".rstrip()
+
+
+def _as_list(kind: str, value: object, path: str) -> str:
+    """How to write one value as a list, where a list is wanted."""
+    if kind.removesuffix(" | null") != "array" or not isinstance(value, str | dict):
+        return ""
+    if isinstance(value, str):
+        return f"; did you mean [{short(value)}]?"
+    name = ".".join(key for key, _ in _STEP.findall(path) if key)
+    return f"; in TOML, write [[{name}]]"
 
 
 def _field(field: re.Match[str], value: object, path: str, wanted: type) -> str:

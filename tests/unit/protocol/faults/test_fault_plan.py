@@ -104,6 +104,15 @@ def test_a_process_that_is_mistyped_gets_a_suggestion(tmp_path: Path) -> None:
     assert said.endswith("got 'leadr'; did you mean 'leader'?")
 
 
+def test_where_a_list_is_wanted_the_refusal_says_how_to_write_one(tmp_path: Path) -> None:
+    said = refusal(tmp_path, 'fault = "drop"\nkind = "ahead"')
+    assert said == "$.rule[0].kind: must be a list, got 'ahead'; did you mean ['ahead']?"
+    plan = tmp_path / "one.toml"
+    plan.write_text('name = "one"\n[rule]\nfault = "drop"\n')
+    with pytest.raises(UsageError, match=r"\$\.rule: must be a list, got .*; in TOML, write \[\[rule\]\]$"):
+        load(str(plan))
+
+
 def test_a_broken_relation_is_reported_without_the_whole_rule(tmp_path: Path) -> None:
     said = "$.rule[0]: for_s must be given where the world is frozen: nobody could thaw it"
     assert refusal(tmp_path, 'fault = "freeze"\ntarget = "world"') == said
