@@ -13,6 +13,7 @@ from protocol.timeline import (
     FaultInjected,
     FenceChanged,
     LeaderSucceeded,
+    LinkBroken,
     OrderAccepted,
     Record,
     RobotStranded,
@@ -109,6 +110,11 @@ def _leader(by: str, leads: LeaderSucceeded) -> str:
     return f"{by} leads" + ("" if leads.before is None else f" instead of {robot_name(leads.before)}")
 
 
+def _broken(by: str, link: LinkBroken) -> str:
+    why = "whose token is gone" if link.cause == "token" else "whose token is there"
+    return f"{by} breaks its link to {robot_name(link.neighbour)}, silent for {link.silent_s:.1f} s, {why}"
+
+
 def _traffic(by: str, counted: TrafficCounted) -> str:
     sent, received = sum(counted.sent.values()), sum(counted.received.values())
     return f"{by} has sent {sent} messages and received {received}"
@@ -123,7 +129,7 @@ SENTENCES: dict[str, str | Callable[[str, Any], str]] = {
     "law.failed": "{by} gets no step: {it.reason}",
     "law.stalled": "{by} waits for the law {it.law}: no return for {it.after_s:g} s, it is at {it.at}",
     "leader.succeeded": _leader,
-    "link.broken": "{by} breaks its link to r{it.neighbour}, silent for {it.silent_s:.1f} s ({it.cause})",
+    "link.broken": _broken,
     "link.heard": "{by} hears r{it.neighbour} again",
     "link.silent": "{by} has not heard r{it.neighbour} for {it.silent_s:.2f} s",
     "message.refused": "{by} refuses a message on {it.key}: {it.reason}",

@@ -65,7 +65,7 @@ def test_every_entry_has_a_sentence(kind: type[Kind], data: st.DataObject) -> No
         (
             "r2",
             LinkBroken(neighbour=1, cause="token", silent_s=0.84),
-            "r2 breaks its link to r1, silent for 0.8 s (token)",
+            "r2 breaks its link to r1, silent for 0.8 s, whose token is gone",
         ),
         ("r2", LinkSilent(neighbour=1, silent_s=0.5), "r2 has not heard r1 for 0.50 s"),
         ("r2", LeaderSucceeded(epoch=2, before=1), "r2 leads instead of r1"),
