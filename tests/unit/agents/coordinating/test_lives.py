@@ -14,3 +14,12 @@ def test_v18_a_place_that_another_life_tells_late_is_told_to_nobody_that_joins()
     for _ in range(3):
         view.act()
     assert view.fence.may is May.NOBODY, "first robot 2 tells a place that is newer than its turn"
+
+
+def test_what_a_life_says_late_changes_nothing_once_a_later_life_has_told_a_newer_turn() -> None:
+    view = with_turns()
+    view.hear(2, report(2, BEHIND[2], life=22, turn=2))
+    view.act()
+    view.hear(2, report(2, START[2], number=9, turn=1))
+    view.act()
+    assert view.answers[2].life == 22, "else the view waits for a life that is gone"

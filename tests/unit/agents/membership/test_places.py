@@ -11,6 +11,9 @@ from protocol.fence import Epoch
 from protocol.frames import Point, Pose
 from protocol.path import Path
 from protocol.wire.view import FORMERS_MAX, LEG_CORNERS_MAX, Counters, Former
+from tests.support.stages.member_stage import MemberStage, row
+from tests.support.stages.one_step import under
+from world.geometry.shapes import Circle
 
 CORNER, AHEAD = Point(x_m=2.0, y_m=0.0), Point(x_m=2.0, y_m=1.0)
 LEG = (Point(x_m=0.5, y_m=0.0), CORNER, AHEAD)
@@ -218,3 +221,18 @@ def test_a_strand_that_forms_ends_the_place_in_its_draft() -> None:
 
 def test_a_robot_that_did_not_stand_at_its_place_in_a_strand_has_no_place() -> None:
     assert Past((left_at(0.5, epoch=BEFORE),)).with_strand(ended(left_at(0.5), fits=False)).places == ()
+
+
+@pytest.mark.parametrize(("off_m", "is_driven"), [(-0.9, False), (1.0, True)])
+def test_a_leader_that_began_too_near_to_something_tells_no_driven_leg(
+    off_m: float, *, is_driven: bool
+) -> None:
+    """That leg leads through where it began, to which nobody may come; nobody but the leader has left it."""
+    mission = under("certified", robots=3, robot_radius_m=0.1, separation_m=0.1, goal=Point(x_m=6.0, y_m=0.0))
+    beside_m = mission.robot_radius_m + mission.clear_m + off_m * mission.mu0_m + 0.1
+    stage = MemberStage(mission, row(3), (1, 2, 3), shapes=[Circle(centre_m=(0.0, beside_m), radius_m=0.1)])
+    stage.run(30.0)
+    leader = stage.leader
+    assert leader.progress_m > leader.formation.s_m + 0.5
+    (former,) = Past().with_strand(leader).formers(stage.parts[1].driver.odometry.pose)
+    assert (former.leg_from_m is not None) == is_driven
