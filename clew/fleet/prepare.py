@@ -164,7 +164,7 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
     settings = Settings(seed=request.seed, speed=request.speed, held=request.held)
     made = make_folder(folder.absolute())
     try:
-        _fill(folder, private, scenario, plan, settings)
+        _fill(folder, private, scenario, fleets, plan=plan, settings=settings)
     except UsageError:
         drop_folder(folder, made, latest=None)
         raise
@@ -214,14 +214,20 @@ def _crews(
 
 
 def _fill(
-    folder: Path, private: Path, scenario: Scenario | SharedGround, plan: Plan, settings: Settings
+    folder: Path,
+    private: Path,
+    scenario: Scenario | SharedGround,
+    fleets: Mapping[str, Scenario],
+    *,
+    plan: Plan,
+    settings: Settings,
 ) -> None:
     """Write what a run's new folder holds before its log."""
     if isinstance(scenario, Scenario):
         prepare_folder(folder, scenario, plan, settings)
         return
     prepare_together(folder, scenario, settings)
-    for name, each in scenario.scenarios().items():
+    for name, each in fleets.items():
         _prepare_fleet(folder / name, private / name, each, plan, settings)
 
 

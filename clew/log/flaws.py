@@ -18,6 +18,8 @@ from protocol.timeline import KINDS, RunEnded
 from world.record.lines import Line
 from world.record.recorder import SCHEMA, Header
 
+STILL_GOING_ON = "the run is still going on: this is what was recorded up to now"
+
 
 class Findings:
     """The flaws of a log, as far as it has been read."""
@@ -78,6 +80,6 @@ class Findings:
         yield from unknown
         yield from self._completeness.flaws()
         if self.ended is None and is_running(run):
-            yield "the run is still going on: this is what was recorded up to now"
+            yield STILL_GOING_ON
         elif self.ended is None:
             yield "no run.ended: the world died before it could end the run"

@@ -44,11 +44,12 @@ def judge_verb(ctx: click.Context, run: Path, scene: Path | None, *, as_json: bo
 
 
 def _judge_one(run: Path, scene: Path | None, *, as_json: bool) -> bool:
+    from clew.log.flaws import STILL_GOING_ON
     from clew.verbs.judged import judged
     from protocol.faults.manual_faults import is_running
 
     if is_running(run if run.is_dir() else run.parent):
-        warn(f"{run}: the run is still going on: this is what was recorded up to now")
+        warn(f"{run}: {STILL_GOING_ON}")
     one = judged(run, scene)
     if one.truth.otherwise:
         differs = ", ".join(one.truth.otherwise)
